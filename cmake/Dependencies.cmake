@@ -1,0 +1,18 @@
+# SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+# SPDX-License-Identifier: Apache-2.0
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(tomlplusplus REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(OpenCVParts REQUIRED)
+find_package(TinyGLTF REQUIRED)
+if(PANOPTIC_PARALLEL STREQUAL "tbb")
+  find_package(TBB REQUIRED)
+endif()
+find_package(OnnxRuntime)
+if(NOT OnnxRuntime_FOUND)
+  message(STATUS "ONNX Runtime not found: networks run on OpenCV DNN alone (slower). scripts/setup fetches it, or set OnnxRuntime_ROOT.")
+endif()

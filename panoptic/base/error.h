@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The three kinds of trouble:
+//   the world is wrong (file, option, model)  throw Error, from the edges and from set-up only;
+//   nothing there                             optional or nullptr;
+//   the code is wrong                         PANOPTIC_ASSERT (checked in the dev, asan and tsan presets).
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace panoptic {
+
+// One line for a person: what is wrong, where, what to do.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+[[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
+
+}  // namespace panoptic
+
+#ifdef PANOPTIC_ASSERTIONS
+#define PANOPTIC_ASSERT(condition) ((condition) ? void(0) : ::panoptic::assertion_failed(#condition, __FILE__, __LINE__))
+#else
+#define PANOPTIC_ASSERT(condition) void(0)
+#endif

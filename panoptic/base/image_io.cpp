@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/base/image_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
+
+namespace panoptic {
+namespace {
+
+constexpr std::uintmax_t kMaxFileBytes = 256U << 20;
+constexpr std::size_t kMaxPixels = 64U << 20;
+
+cv::Mat decode(std::span<const std::uint8_t> bytes, std::string_view name, int flags) {
+  const cv::Mat input(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data()));
+  cv::Mat decoded;
+  try {
+    if (!bytes.empty()) decoded = cv::imdecode(input, flags);
+  } catch (const cv::Exception&) {
+    decoded.release();  // a hostile header: the same to the user as any other unreadable image
+  }
+  if (decoded.empty() || decoded.total() > kMaxPixels) throw Error(fmt::format("{}: not a readable image; it may be cut off", name));
+  return decoded;
+}
+
+template <typename T>
+Image<T> to_image(const cv::Mat& mat) {
+  Image<T> image(mat.cols, mat.rows);
+  for (int v = 0; v < mat.rows; ++v) std::copy_n(mat.ptr<T>(v), mat.cols, image.row(v));
+  return image;
+}
+
+std::span<const std::uint8_t> as_bytes(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+void write_mat(const std::filesystem::path& path, const cv::Mat& mat) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", mat, bytes)) throw Error(fmt::format("{}: the image cannot be encoded as PNG", path.string()));
+  write_file(path, bytes);
+}
+
+}  // namespace
+
+Image<Rgb> decode_rgb(std::span<const std::uint8_t> bytes, std::string_view name) {
+  const cv::Mat bgr = decode(bytes, name, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  Image<Rgb> image(bgr.cols, bgr.rows);
+  for (int v = 0; v < bgr.rows; ++v) {
+    const std::uint8_t* in = bgr.ptr(v);
+    Rgb* out = image.row(v);
+    for (int u = 0; u < bgr.cols; ++u) out[u] = {in[3 * u + 2], in[3 * u + 1], in[3 * u]};
+  }
+  return image;
+}
+
+Image<std::uint16_t> decode_gray16(std::span<const std::uint8_t> bytes, std::string_view name) {
+  cv::Mat mat = decode(bytes, name, cv::IMREAD_UNCHANGED);
+  if (mat.channels() != 1 || (mat.depth() != CV_16U && mat.depth() != CV_8U)) {
+    throw Error(fmt::format("{}: expected one channel of 16 or 8 bits, found {} channels", name, mat.channels()));
+  }
+  if (mat.depth() == CV_8U) mat.convertTo(mat, CV_16U);
+  return to_image<std::uint16_t>(mat);
+}
+
+Image<Rgb> read_rgb(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path, kMaxFileBytes);
+  return decode_rgb(as_bytes(bytes), path.string());
+}
+
+Image<std::uint16_t> read_gray16(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path, kMaxFileBytes);
+  return decode_gray16(as_bytes(bytes), path.string());
+}
+
+Image<float> read_gray_float(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path, kMaxFileBytes);
+  const cv::Mat mat = decode(as_bytes(bytes), path.string(), cv::IMREAD_UNCHANGED);
+  if (mat.type() != CV_32FC1) throw Error(fmt::format("{}: expected one channel of 32-bit floats", path.string()));
+  return to_image<float>(mat);
+}
+
+void write_png(const std::filesystem::path& path, const Image<Rgb>& image) {
+  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
+  for (int v = 0; v < image.height(); ++v) {
+    std::uint8_t* out = bgr.ptr(v);
+    for (int u = 0; u < image.width(); ++u) {
+      const Rgb c = image(u, v);
+      out[3 * u] = c.b;
+      out[3 * u + 1] = c.g;
+      out[3 * u + 2] = c.r;
+    }
+  }
+  write_mat(path, bgr);
+}
+
+void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& image) {
+  write_mat(path, cv::Mat(image.height(), image.width(), CV_16UC1, const_cast<std::uint16_t*>(image.data())));
+}
+
+}  // namespace panoptic

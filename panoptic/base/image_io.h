@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Image files in and out: the one seam to OpenCV's codecs. Everything throws Error naming the file; writing is all or nothing.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+#include "panoptic/base/image.h"
+
+namespace panoptic {
+
+// PNG or JPEG, grey or colour, any depth -> 8-bit RGB. Alpha is dropped, EXIF orientation ignored.
+Image<Rgb> read_rgb(const std::filesystem::path& path);
+// One channel of 16 or 8 bits (PNG, PGM, TIFF), values unchanged.
+Image<std::uint16_t> read_gray16(const std::filesystem::path& path);
+// One channel of 32-bit floats (TIFF).
+Image<float> read_gray_float(const std::filesystem::path& path);
+
+// The same from bytes in memory; `name` is for the error text.
+Image<Rgb> decode_rgb(std::span<const std::uint8_t> bytes, std::string_view name);
+Image<std::uint16_t> decode_gray16(std::span<const std::uint8_t> bytes, std::string_view name);
+
+void write_png(const std::filesystem::path& path, const Image<Rgb>& image);
+void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& image);
+
+}  // namespace panoptic

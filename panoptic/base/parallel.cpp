@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/base/parallel.h"
+
+#include <algorithm>
+#include <thread>
+
+#ifdef PANOPTIC_PARALLEL_TBB
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <memory>
+#else
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <vector>
+#endif
+
+namespace panoptic {
+namespace {
+
+int available_cores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+int& configured_threads() {
+  static int threads = available_cores();
+  return threads;
+}
+
+}  // namespace
+
+int thread_count() { return configured_threads(); }
+
+#ifdef PANOPTIC_PARALLEL_TBB
+
+namespace {
+
+std::unique_ptr<tbb::task_arena>& arena() {
+  static std::unique_ptr<tbb::task_arena> instance = std::make_unique<tbb::task_arena>(thread_count());
+  return instance;
+}
+
+}  // namespace
+
+void set_thread_count(int threads) {
+  configured_threads() = threads > 0 ? threads : available_cores();
+  arena() = std::make_unique<tbb::task_arena>(thread_count());
+}
+
+void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+  if (thread_count() == 1 || count < 2) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+    return;
+  }
+  arena()->execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
+}
+
+#else
+
+void set_thread_count(int threads) { configured_threads() = threads > 0 ? threads : available_cores(); }
+
+void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+  const std::size_t workers = std::min(count, static_cast<std::size_t>(thread_count()));
+  if (workers < 2) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+    return;
+  }
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      for (std::size_t i = next++; i < count; i = next++) body(i);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  std::vector<std::thread> threads;
+  threads.reserve(workers - 1);
+  for (std::size_t t = 1; t < workers; ++t) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+#endif
+
+}  // namespace panoptic

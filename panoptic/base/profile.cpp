@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/base/profile.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace panoptic {
+namespace {
+
+constexpr double kShortest_s = 1e-6;
+constexpr double kLogBinWidth = 0.02;
+
+}  // namespace
+
+void DurationHistogram::add(double seconds) {
+  const double position = std::log(std::max(seconds, kShortest_s) / kShortest_s) / kLogBinWidth;
+  bins_[std::min(static_cast<std::size_t>(position), kBins - 1)]++;
+  count_++;
+  sum_s_ += seconds;
+  max_s_ = std::max(max_s_, seconds);
+}
+
+double DurationHistogram::mean_ms() const { return count_ == 0 ? 0 : sum_s_ / static_cast<double>(count_) * 1e3; }
+
+double DurationHistogram::percentile_ms(double p) const {
+  const double wanted = p * static_cast<double>(count_);
+  std::uint64_t seen = 0;
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    seen += bins_[bin];
+    if (seen > 0 && static_cast<double>(seen) >= wanted) {
+      const double middle_s = kShortest_s * std::exp((static_cast<double>(bin) + 0.5) * kLogBinWidth);
+      return std::min(middle_s, max_s_) * 1e3;
+    }
+  }
+  return 0;
+}
+
+void Profile::add(std::string_view stage, double seconds) {
+  auto found = stages_.find(stage);
+  if (found == stages_.end()) found = stages_.emplace(std::string(stage), DurationHistogram{}).first;
+  found->second.add(seconds);
+}
+
+double peak_rss_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
+}
+
+}  // namespace panoptic

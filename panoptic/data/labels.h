@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What can be in the world: classes ("what") and panoptic ids ("which one").
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panoptic/base/image.h"
+
+namespace panoptic {
+
+// What something is: chair, wall. Numbers come from the label set; 0 is unknown.
+enum class ClassId : std::uint16_t { kUnknown = 0 };
+
+// Which one in the whole map: stuff uses its class number, things count up from LabelSet::first_thing(); 0 is unknown.
+enum class PanopticId : std::uint16_t { kUnknown = 0 };
+
+constexpr std::uint16_t number(ClassId id) { return static_cast<std::uint16_t>(id); }
+constexpr std::uint16_t number(PanopticId id) { return static_cast<std::uint16_t>(id); }
+
+struct LabelClass {
+  ClassId id = ClassId::kUnknown;
+  std::string name;
+  bool is_thing = true;
+  Rgb color;
+};
+
+// The classes of a map, sorted by id. Immutable once made, so any thread may read it.
+class LabelSet {
+ public:
+  LabelSet() = default;
+  // Throws Error unless ids are unique and in 1..999 and names are unique and not empty.
+  LabelSet(std::string name, std::vector<LabelClass> classes);
+
+  const std::string& name() const { return name_; }
+  const std::vector<LabelClass>& classes() const { return classes_; }
+
+  // nullptr if there is no such class (always for kUnknown).
+  const LabelClass* find(ClassId id) const;
+  const LabelClass* find(std::string_view name) const;
+
+  bool is_thing(ClassId id) const;
+  bool is_stuff(ClassId id) const;
+  std::string_view name_of(ClassId id) const;  // "unknown" if there is none
+
+  // The lowest panoptic id of an object: one above the highest class id.
+  std::uint16_t first_thing() const { return first_thing_; }
+  bool is_object(PanopticId id) const { return number(id) >= first_thing_; }
+  // Stuff ids are class numbers.
+  static PanopticId stuff(ClassId id) { return static_cast<PanopticId>(number(id)); }
+
+ private:
+  std::string name_;
+  std::vector<LabelClass> classes_;
+  std::uint16_t first_thing_ = 1;
+};
+
+// A label set by the name of a built-in one ("indoor", "scannet20": the files in configs/labels) or by the path of a TOML
+// file: `name`, then `[[class]]` tables of `id`, `name`, `thing`, `color`. Throws Error.
+LabelSet load_label_set(const std::string& name_or_path);
+
+// A colour for an object id: far apart for neighbouring ids, the same in every run.
+Rgb color_of(PanopticId id, const LabelSet& labels);
+
+}  // namespace panoptic

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/data/segmentation.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace panoptic {
+namespace {
+
+constexpr std::size_t kMaxSegments = 65000;  // segment_at is 16 bits wide
+
+// Paints the mask over pixels that no instance has yet; returns whether it got any.
+bool paint(const Instance& instance, std::uint16_t value, Image<std::uint16_t>& segment_at) {
+  bool any = false;
+  for (int y = 0; y < instance.mask.height(); ++y) {
+    const int v = instance.y0 + y;
+    if (v < 0 || v >= segment_at.height()) continue;
+    for (int x = 0; x < instance.mask.width(); ++x) {
+      const int u = instance.x0 + x;
+      if (u < 0 || u >= segment_at.width() || instance.mask(x, y) == 0 || segment_at(u, v) != 0) continue;
+      segment_at(u, v) = value;
+      any = true;
+    }
+  }
+  return any;
+}
+
+}  // namespace
+
+Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels) {
+  Segmentation result{Image<std::uint16_t>(semantic.width(), semantic.height()), {}};
+  std::vector<std::size_t> order(instances.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return instances[a].segment.score > instances[b].segment.score; });
+  for (const std::size_t i : order) {
+    if (result.segments.size() >= kMaxSegments) break;
+    if (!labels.is_thing(instances[i].segment.class_id)) continue;
+    if (paint(instances[i], static_cast<std::uint16_t>(result.segments.size() + 1), result.segment_at)) {
+      result.segments.push_back(instances[i].segment);
+    }
+  }
+  std::vector<std::uint16_t> segment_of_stuff(labels.first_thing(), 0);
+  for (std::size_t i = 0; i < semantic.size(); ++i) {
+    if (result.segment_at[i] != 0 || !labels.is_stuff(semantic[i])) continue;
+    std::uint16_t& segment = segment_of_stuff[number(semantic[i])];
+    if (segment == 0) {
+      result.segments.push_back({semantic[i], 1.0F, {}});
+      segment = static_cast<std::uint16_t>(result.segments.size());
+    }
+    result.segment_at[i] = segment;
+  }
+  return result;
+}
+
+const char* why_unusable(const Segmentation& segmentation, int width, int height) {
+  if (segmentation.segment_at.empty()) return nullptr;
+  if (!segmentation.segment_at.same_size(width, height)) return "segmentation and colour image differ in size";
+  const auto pixels = segmentation.segment_at.pixels();
+  const auto highest = std::max_element(pixels.begin(), pixels.end());
+  return *highest > segmentation.segments.size() ? "segmentation names a segment that does not exist" : nullptr;
+}
+
+}  // namespace panoptic

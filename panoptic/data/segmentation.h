@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the networks see in one frame, and its fusion to panoptic labels per pixel (Eq. 1).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "panoptic/base/image.h"
+#include "panoptic/data/labels.h"
+
+namespace panoptic {
+
+struct ClassProbability {
+  ClassId class_id = ClassId::kUnknown;
+  float probability = 0;
+
+  bool operator==(const ClassProbability&) const = default;
+};
+
+// A region of one frame: one object (thing) or all pixels of one stuff class.
+struct Segment {
+  ClassId class_id = ClassId::kUnknown;
+  float score = 1;                                      // p(z, O) in Eq. 12; 1 for stuff
+  std::vector<ClassProbability> class_probabilities;    // p(z, l | O) over thing classes, sorted by class id; empty = class_id alone
+
+  bool operator==(const Segment&) const = default;
+};
+
+// Panoptic labels L^Pa of one frame at the size of the colour image: segment_at holds 0 for unknown, else 1 + the index of
+// the segment. Empty image: the frame has no prediction, and its labels are not integrated.
+struct Segmentation {
+  Image<std::uint16_t> segment_at;
+  std::vector<Segment> segments;
+
+  bool operator==(const Segmentation&) const = default;
+};
+
+// One detected instance at the size of the colour image: the mask's pixels within [x0, x0 + mask.width) x [y0, ...).
+struct Instance {
+  Segment segment;
+  int x0 = 0;
+  int y0 = 0;
+  Image<std::uint8_t> mask;  // nonzero = object
+};
+
+// Eq. 1: instance first, else stuff class, else unknown (a semantic thing pixel without an instance is unknown).
+// Where masks overlap, the higher score is in front (ties: the earlier one). `semantic` holds class numbers of the label set
+// at the size of the colour image. Instances that keep no pixel are dropped. Segments: things in descending score, then stuff.
+Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels);
+
+// Why a segmentation cannot be used with a colour image of this size, or nullptr.
+const char* why_unusable(const Segmentation& segmentation, int width, int height);
+
+}  // namespace panoptic

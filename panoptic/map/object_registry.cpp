@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/map/object_registry.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "panoptic/base/error.h"
+
+namespace panoptic {
+
+std::optional<PanopticId> ObjectRegistry::create() {
+  const std::size_t id = first_thing_ + objects_.size();
+  if (id > std::numeric_limits<std::uint16_t>::max()) return std::nullopt;
+  objects_.emplace_back().id = static_cast<PanopticId>(id);
+  return objects_.back().id;
+}
+
+void ObjectRegistry::observe(PanopticId id, const Segment& segment, std::int64_t frame) {
+  PANOPTIC_ASSERT(find(id) != nullptr);
+  Object& object = objects_[number(id) - first_thing_];
+  object.first_frame = object.observations == 0 ? frame : std::min(object.first_frame, frame);
+  object.last_frame = object.observations == 0 ? frame : std::max(object.last_frame, frame);
+  object.observations++;
+  object.score_sum += segment.score;
+  if (segment.class_probabilities.empty()) {
+    object.evidence[segment.class_id] += segment.score;
+  }
+  for (const ClassProbability& p : segment.class_probabilities) {
+    object.evidence[p.class_id] += static_cast<double>(segment.score) * p.probability;
+  }
+}
+
+const Object* ObjectRegistry::find(PanopticId id) const {
+  const std::size_t i = std::size_t{number(id)} - first_thing_;
+  return number(id) >= first_thing_ && i < objects_.size() ? &objects_[i] : nullptr;
+}
+
+ClassId ObjectRegistry::class_of(PanopticId id) const {
+  const Object* object = find(id);
+  if (object == nullptr || object->evidence.empty()) return ClassId::kUnknown;
+  const auto best = std::max_element(object->evidence.begin(), object->evidence.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return best->first;
+}
+
+std::vector<ClassProbability> ObjectRegistry::probabilities(PanopticId id) const {
+  std::vector<ClassProbability> result;
+  const Object* object = find(id);
+  if (object == nullptr || object->score_sum <= 0) return result;
+  for (const auto& [class_id, evidence] : object->evidence) {
+    result.push_back({class_id, static_cast<float>(evidence / object->score_sum)});
+  }
+  return result;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/map/voxel_map.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/parallel.h"
+
+namespace panoptic {
+namespace {
+
+constexpr std::size_t kInitialTable = 1024;
+
+// Mixes 8 bytes at a time; four lanes so that hashing keeps up with memory.
+std::uint64_t hash_bytes(const void* data, std::size_t size, std::uint64_t seed) {
+  PANOPTIC_ASSERT(size % 32 == 0);
+  std::uint64_t lanes[4] = {seed, seed + 1, seed + 2, seed + 3};
+  const auto* bytes = static_cast<const unsigned char*>(data);
+  for (std::size_t i = 0; i < size; i += 32) {
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, bytes + i + 8 * lane, 8);
+      lanes[lane] = (lanes[lane] ^ word) * 0x9E3779B97F4A7C15ULL;
+      lanes[lane] ^= lanes[lane] >> 29;
+    }
+  }
+  return mixed(lanes[0] + mixed(lanes[1] + mixed(lanes[2] + mixed(lanes[3]))));
+}
+
+}  // namespace
+
+Fields fields(MapOptions& o) {
+  return {{"voxel_size_m", &o.voxel_size_m, "edge of a voxel in metres", in_range(0.001, 1)},
+          {"truncation_voxels", &o.truncation_voxels, "half width of the updated band around the surface, in voxels", in_range(1, 32)}};
+}
+
+VoxelMap::VoxelMap(const MapOptions& options)
+    : voxel_size_m_(options.voxel_size_m),
+      truncation_m_(options.truncation_voxels * options.voxel_size_m),
+      table_keys_(kInitialTable, 0),
+      table_slots_(kInitialTable, kNoSlot) {}
+
+std::size_t VoxelMap::memory_bytes() const {
+  return blocks_.size() * (sizeof(VoxelBlock) + sizeof(blocks_[0]) + sizeof(indices_[0]) + sizeof(changed_at_[0])) +
+         table_keys_.size() * (sizeof(table_keys_[0]) + sizeof(table_slots_[0]));
+}
+
+// The place of the key, or the free place where it would go.
+std::size_t VoxelMap::probe(std::uint64_t key) const {
+  const std::size_t mask = table_keys_.size() - 1;
+  std::size_t place = mixed(key) & mask;
+  while (table_keys_[place] != 0 && table_keys_[place] != key + 1) place = (place + 1) & mask;
+  return place;
+}
+
+Slot VoxelMap::find_slot(BlockIndex index) const {
+  if (!in_range(index)) return kNoSlot;
+  return table_slots_[probe(pack(index))];
+}
+
+const VoxelBlock* VoxelMap::find(BlockIndex index) const {
+  const Slot slot = find_slot(index);
+  return slot == kNoSlot ? nullptr : blocks_[slot].get();
+}
+
+Slot VoxelMap::allocate(BlockIndex index) {
+  PANOPTIC_ASSERT(in_range(index));
+  std::size_t place = probe(pack(index));
+  if (table_keys_[place] != 0) return table_slots_[place];
+  if (2 * (blocks_.size() + 1) > table_keys_.size()) {
+    grow_table();
+    place = probe(pack(index));
+  }
+  const auto slot = static_cast<Slot>(blocks_.size());
+  blocks_.push_back(std::make_unique<VoxelBlock>());
+  indices_.push_back(index);
+  changed_at_.push_back(epoch_);
+  table_keys_[place] = pack(index) + 1;
+  table_slots_[place] = slot;
+  return slot;
+}
+
+void VoxelMap::grow_table() {
+  const std::size_t size = 2 * table_keys_.size();
+  table_keys_.assign(size, 0);
+  table_slots_.assign(size, kNoSlot);
+  for (Slot slot = 0; slot < blocks_.size(); ++slot) {
+    const std::uint64_t key = pack(indices_[slot]);
+    const std::size_t place = probe(key);
+    table_keys_[place] = key + 1;
+    table_slots_[place] = slot;
+  }
+}
+
+std::vector<Slot> VoxelMap::changed_since(std::uint64_t epoch) const {
+  std::vector<Slot> slots;
+  for (Slot slot = 0; slot < blocks_.size(); ++slot) {
+    if (changed_at_[slot] > epoch) slots.push_back(slot);
+  }
+  return slots;
+}
+
+std::uint64_t VoxelMap::hash() const {
+  std::vector<Slot> order(blocks_.size());
+  std::iota(order.begin(), order.end(), Slot{0});
+  std::sort(order.begin(), order.end(), [&](Slot a, Slot b) { return pack(indices_[a]) < pack(indices_[b]); });
+  std::vector<std::uint64_t> hashes(order.size());
+  parallel_for(order.size(), [&](std::size_t i) {
+    hashes[i] = hash_bytes(blocks_[order[i]].get(), sizeof(VoxelBlock), pack(indices_[order[i]]));
+  });
+  return std::accumulate(hashes.begin(), hashes.end(), std::uint64_t{blocks_.size()},
+                         [](std::uint64_t sum, std::uint64_t h) { return mixed(sum * 31 + h); });
+}
+
+}  // namespace panoptic

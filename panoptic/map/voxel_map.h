@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The map: voxel blocks in a hash table (Niessner et al. 2013). Blocks are aligned, never move and are never freed while the
+// map lives, so a pointer stays good.
+//
+// Threads: find and the const functions may run side by side; allocate and mark_changed need the map for themselves.
+// Writing voxels of different blocks from different threads is fine; the map takes no lock.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "panoptic/base/config.h"
+#include "panoptic/base/geometry.h"
+#include "panoptic/map/block_index.h"
+#include "panoptic/map/voxel_block.h"
+
+namespace panoptic {
+
+struct MapOptions {
+  float voxel_size_m = 0.024F;
+  float truncation_voxels = 4;  // half width of the band in which voxels are updated
+};
+Fields fields(MapOptions& options);
+
+// Number of a block within its map: 0, 1, 2 ... in the order of allocation.
+using Slot = std::uint32_t;
+
+class VoxelMap {
+ public:
+  explicit VoxelMap(const MapOptions& options);
+
+  float voxel_size_m() const { return voxel_size_m_; }
+  float truncation_m() const { return truncation_m_; }
+  float block_size_m() const { return voxel_size_m_ * kBlockSide; }
+
+  std::size_t block_count() const { return blocks_.size(); }
+  std::size_t memory_bytes() const;
+
+  // nullptr if the block was never allocated.
+  const VoxelBlock* find(BlockIndex index) const;
+  static constexpr Slot kNoSlot = ~Slot{0};
+  Slot find_slot(BlockIndex index) const;
+
+  VoxelBlock& block(Slot slot) { return *blocks_[slot]; }
+  const VoxelBlock& block(Slot slot) const { return *blocks_[slot]; }
+  BlockIndex index_of(Slot slot) const { return indices_[slot]; }
+
+  // The slot of the block, newly made (all zero) if it was absent. REQUIRES in_range(index).
+  Slot allocate(BlockIndex index);
+
+  // Epochs instead of dirty flags: every reader keeps the last epoch that it saw and asks for what changed since.
+  // begin_epoch starts a new one; mark_changed stamps a block with it.
+  std::uint64_t begin_epoch() { return ++epoch_; }
+  std::uint64_t epoch() const { return epoch_; }
+  void mark_changed(Slot slot) { changed_at_[slot] = epoch_; }
+  std::uint64_t changed_at(Slot slot) const { return changed_at_[slot]; }
+  std::vector<Slot> changed_since(std::uint64_t epoch) const;  // ascending
+
+  // A fingerprint of every voxel bit: equal maps have equal hashes, whatever the order in which blocks were allocated.
+  std::uint64_t hash() const;
+
+ private:
+  void grow_table();
+  std::size_t probe(std::uint64_t key) const;
+
+  float voxel_size_m_;
+  float truncation_m_;
+  std::uint64_t epoch_ = 0;
+  std::vector<std::unique_ptr<VoxelBlock>> blocks_;
+  std::vector<BlockIndex> indices_;
+  std::vector<std::uint64_t> changed_at_;
+  std::vector<std::uint64_t> table_keys_;  // open addressing, power of two, key + 1 (0 = free)
+  std::vector<Slot> table_slots_;
+};
+
+// Looks up voxels near the previous one without hashing again. One per thread.
+class CachedLookup {
+ public:
+  explicit CachedLookup(const VoxelMap& map) : map_(map) {}
+
+  const VoxelBlock* find(BlockIndex index) {
+    if (!valid_ || index != last_) {
+      block_ = map_.find(index);
+      last_ = index;
+      valid_ = true;
+    }
+    return block_;
+  }
+
+ private:
+  const VoxelMap& map_;
+  BlockIndex last_;
+  const VoxelBlock* block_ = nullptr;
+  bool valid_ = false;
+};
+
+}  // namespace panoptic
