@@ -38,8 +38,9 @@ class Reader {
 
  private:
   void walk(const toml::table& table, const std::string& prefix, const Fields& fields) const {
-    for (const auto& [name, node] : table) {
-      const std::string key = prefix + std::string(name.str());
+    for (const auto& item : table) {
+      const toml::node& node = item.second;
+      const std::string key = prefix + std::string(item.first.str());
       const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.key == key; });
       if (field != fields.end()) {
         std::visit([&](auto value) { read(node, *field, value); }, field->value);

@@ -28,7 +28,7 @@ constexpr bool in_range(BlockIndex i) {
 
 // One key per block, in the order of (z, y, x).
 constexpr std::uint64_t pack(BlockIndex i) {
-  const auto bits = [](std::int32_t c) { return static_cast<std::uint64_t>(c + (1 << 20)); };
+  const auto bits = [](std::int32_t c) { return static_cast<std::uint64_t>(std::int64_t{c} + (1 << 20)); };
   return bits(i.z) << 42 | bits(i.y) << 21 | bits(i.x);
 }
 
