@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/predict/decoders.h"
+
+namespace panoptic {
+namespace {
+
+// e^x for x <= 0, within 3e-6 of the true value relatively. A plain loop over it is vectorised, over std::exp it is not.
+inline float exp_nonpositive(float x) {
+  constexpr float kLog2E = 1.44269504F;
+  constexpr float kRoundToInteger = 12582912.0F;  // 1.5 * 2^23: adding and subtracting it rounds
+  constexpr float kLowest = -87.0F;               // below, the result would not be a normal number
+  const float t = (x > kLowest ? x : kLowest) * kLog2E;
+  const float whole = (t + kRoundToInteger) - kRoundToInteger;
+  const float f = t - whole;  // -0.5..0.5
+  const float power = 1.0F + f * (0.69314718F + f * (0.24022651F + f * (0.05550411F + f * (0.00961813F + f * 0.00133336F))));
+  return power * std::bit_cast<float>((static_cast<std::int32_t>(whole) + 127) << 23);
+}
+
+void check(const std::vector<Tensor>& outputs, const Model& model) {
+  const bool logits = !outputs.empty() && outputs[0].shape.size() == 4 && outputs[0].shape[0] == 1 && outputs[0].shape[2] > 0 &&
+                      outputs[0].shape[3] > 0;
+  if (logits && outputs[0].shape[1] == static_cast<int>(model.classes.size())) return;
+  throw Error(
+      fmt::format("{}: the decoder 'semantic_logits' reads one output of shape 1 x {} (classes) x height x width, but the "
+                  "network gives {}; check decoder and classes",
+                  model.path.string(), model.classes.size(),
+                  outputs.empty() ? "nothing" : fmt::format("{}", fmt::join(outputs[0].shape, " x "))));
+}
+
+// Per network class the position of its counterpart in the list of classes that it fills.
+std::vector<std::size_t> positions(const std::vector<ClassId>& class_of, std::vector<ClassId>& classes) {
+  classes = {ClassId::kUnknown};
+  std::vector<std::size_t> result;
+  for (const ClassId id : class_of) {
+    const auto found = std::find(classes.begin(), classes.end(), id);
+    result.push_back(static_cast<std::size_t>(found - classes.begin()));
+    if (found == classes.end()) classes.push_back(id);
+  }
+  return result;
+}
+
+// One row of the logits: softmax over the network's classes, added up per class of the label set.
+void decode_row(const Tensor& logits, int y, const std::vector<std::size_t>& position, ClassScores& scores) {
+  const auto width = static_cast<std::size_t>(scores.width);
+  const std::size_t plane = width * static_cast<std::size_t>(scores.height);
+  const std::size_t count = scores.classes.size();
+  const float* row = logits.values.data() + static_cast<std::size_t>(y) * width;
+  std::vector<float> highest(row, row + width);
+  for (std::size_t c = 1; c < position.size(); ++c) {
+    const float* in = row + c * plane;
+    for (std::size_t x = 0; x < width; ++x) highest[x] = in[x] > highest[x] ? in[x] : highest[x];
+  }
+  std::vector<float> sum(width, 0.0F);
+  std::vector<float> planes(width * count, 0.0F);
+  for (std::size_t c = 0; c < position.size(); ++c) {
+    const float* in = row + c * plane;
+    float* out = planes.data() + position[c] * width;
+    for (std::size_t x = 0; x < width; ++x) {
+      const float e = exp_nonpositive(in[x] - highest[x]);
+      out[x] += e;
+      sum[x] += e;
+    }
+  }
+  float* values = scores.values.data() + static_cast<std::size_t>(y) * width * count;
+  for (std::size_t x = 0; x < width; ++x) {
+    for (std::size_t k = 0; k < count; ++k) values[x * count + k] = planes[k * width + x] / sum[x];
+  }
+}
+
+// Between which two cells a pixel lies, and how far from the first.
+struct Between {
+  std::size_t first = 0;
+  std::size_t second = 0;
+  float share = 0;  // of the second
+};
+
+std::vector<Between> neighbours(int pixels, int cells, double cells_per_px) {
+  std::vector<Between> result(static_cast<std::size_t>(pixels));
+  for (int i = 0; i < pixels; ++i) {
+    const double at = std::clamp((i + 0.5) * cells_per_px - 0.5, 0.0, static_cast<double>(cells - 1));
+    const auto first = static_cast<std::size_t>(at);
+    result[static_cast<std::size_t>(i)] = {first, std::min(first + 1, static_cast<std::size_t>(cells - 1)),
+                                           static_cast<float>(at - static_cast<double>(first))};
+  }
+  return result;
+}
+
+std::vector<std::uint16_t> best_per_cell(const ClassScores& scores) {
+  const std::size_t count = scores.classes.size();
+  std::vector<std::uint16_t> best(scores.values.size() / count);
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    const float* cell = scores.values.data() + i * count;
+    best[i] = static_cast<std::uint16_t>(std::max_element(cell, cell + count) - cell);
+  }
+  return best;
+}
+
+// The position of the likeliest class between four cells.
+std::size_t best_between(const float* const (&cells)[4], const float (&shares)[4], std::vector<float>& mixed) {
+  for (std::size_t k = 0; k < mixed.size(); ++k) {
+    mixed[k] = cells[0][k] * shares[0] + cells[1][k] * shares[1] + cells[2][k] * shares[2] + cells[3][k] * shares[3];
+  }
+  return static_cast<std::size_t>(std::max_element(mixed.begin(), mixed.end()) - mixed.begin());
+}
+
+}  // namespace
+
+ClassScores decode_semantic_logits(const std::vector<Tensor>& outputs, const DecodeContext& context) {
+  check(outputs, context.model);
+  const Tensor& logits = outputs[0];
+  ClassScores scores;
+  scores.width = logits.shape[3];
+  scores.height = logits.shape[2];
+  scores.cells_per_px_x = context.placement.scale_x * scores.width / context.placement.input_width;
+  scores.cells_per_px_y = context.placement.scale_y * scores.height / context.placement.input_height;
+  const std::vector<std::size_t> position = positions(context.class_of, scores.classes);
+  scores.values.resize(static_cast<std::size_t>(scores.width) * static_cast<std::size_t>(scores.height) * scores.classes.size());
+  parallel_for(static_cast<std::size_t>(scores.height),
+               [&](std::size_t y) { decode_row(logits, static_cast<int>(y), position, scores); });
+  return scores;
+}
+
+Image<ClassId> most_likely(const ClassScores& scores, int image_width, int image_height) {
+  const std::vector<Between> columns = neighbours(image_width, scores.width, scores.cells_per_px_x);
+  const std::vector<Between> rows = neighbours(image_height, scores.height, scores.cells_per_px_y);
+  const std::vector<std::uint16_t> best = best_per_cell(scores);
+  const std::size_t count = scores.classes.size();
+  const auto width = static_cast<std::size_t>(scores.width);
+  Image<ClassId> image(image_width, image_height);
+  parallel_for(rows.size(), [&](std::size_t v) {
+    const Between& y = rows[v];
+    ClassId* out = image.row(static_cast<int>(v));
+    std::vector<float> mixed(count);
+    for (const Between& x : columns) {
+      const std::size_t i[4] = {y.first * width + x.first, y.first * width + x.second, y.second * width + x.first,
+                                y.second * width + x.second};
+      std::size_t k = best[i[0]];
+      // A class that leads in all four cells leads everywhere between them.
+      if (best[i[1]] != k || best[i[2]] != k || best[i[3]] != k) {
+        const float* const cells[4] = {&scores.values[i[0] * count], &scores.values[i[1] * count], &scores.values[i[2] * count],
+                                       &scores.values[i[3] * count]};
+        const float shares[4] = {(1 - y.share) * (1 - x.share), (1 - y.share) * x.share, y.share * (1 - x.share),
+                                 y.share * x.share};
+        k = best_between(cells, shares, mixed);
+      }
+      *out++ = scores.classes[k];
+    }
+  });
+  return image;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From output tensors to classes per pixel or to instances. To add a decoder, write a function of one of the two types and
+// give it a line in the table in decoders.cpp; model descriptions name it (`decoder = "..."`).
+#pragma once
+
+#include <vector>
+
+#include "panoptic/data/segmentation.h"
+#include "panoptic/predict/model.h"
+#include "panoptic/predict/preprocess.h"
+
+namespace panoptic {
+
+struct DecodeContext {
+  const Model& model;
+  const std::vector<ClassId>& class_of;  // per network class, see map_classes
+  Placement placement;
+};
+
+// Probabilities of the label set's classes on a grid over the image, at the network's own resolution, so that several
+// networks can be averaged before a pixel's class is chosen.
+struct ClassScores {
+  std::vector<ClassId> classes;  // [0] is kUnknown: every network class without a counterpart
+  int width = 0;                 // of the grid
+  int height = 0;
+  double cells_per_px_x = 1;  // grid = (image + 0.5) * cells_per_px - 0.5
+  double cells_per_px_y = 1;
+  std::vector<float> values;  // row by row, the classes of one cell side by side
+};
+
+// The likeliest class per pixel after bilinear interpolation between the cells; ties go to the class listed first.
+Image<ClassId> most_likely(const ClassScores& scores, int image_width, int image_height);
+
+// Each throws Error if the tensors are not what the decoder reads: wrong number, shapes, or class count.
+using SemanticDecoder = ClassScores (*)(const std::vector<Tensor>& outputs, const DecodeContext& context);
+using InstanceDecoder = std::vector<Instance> (*)(const std::vector<Tensor>& outputs, const DecodeContext& context);
+
+// The decoder that the model names. Throws Error listing those that exist for the task.
+SemanticDecoder semantic_decoder(const Model& model);
+InstanceDecoder instance_decoder(const Model& model);
+
+// One output, logits 1 x classes x any height x any width. Softmax, then the probabilities of classes with the same
+// counterpart are added.
+ClassScores decode_semantic_logits(const std::vector<Tensor>& outputs, const DecodeContext& context);
+
+// YOLOv8-seg before its own post-processing, S strides: S box distributions (4 sides x bins), S class logits, S mask
+// coefficients, prototypes. Instances in descending score. Their class_of must hold things only; others count as unknown.
+std::vector<Instance> decode_yolo_seg(const std::vector<Tensor>& outputs, const DecodeContext& context);
+
+}  // namespace panoptic

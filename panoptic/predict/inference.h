@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What each inference engine provides to Network; nothing else includes this.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panoptic/predict/network.h"
+
+namespace panoptic {
+
+using Inference = std::function<std::vector<Tensor>(const Tensor&)>;
+
+// Each throws Error if it cannot load the file. `threads` is positive.
+Inference load_with_opencv(const std::filesystem::path& weights, int threads);
+#ifdef PANOPTIC_ONNXRUNTIME
+Inference load_with_onnxruntime(const std::filesystem::path& weights, int threads);
+#endif
+
+// An engine's message as one line of bounded length, fit for an Error.
+std::string one_line(std::string_view message);
+
+}  // namespace panoptic

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/predict/predictor_networks.h"
+
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/predict/decoders.h"
+#include "panoptic/predict/model.h"
+#include "panoptic/predict/network.h"
+#include "panoptic/predict/preprocess.h"
+
+namespace panoptic {
+namespace {
+
+// A network with its description and decoder: from a colour image to whatever the decoder gives.
+template <typename Decoder>
+class Stage {
+ public:
+  Stage(Model model, Decoder decode, std::vector<ClassId> class_of, const NetworkOptions& options)
+      : model_(std::move(model)), decode_(decode), class_of_(std::move(class_of)), network_(load(model_, options)) {
+    run(Image<Rgb>(model_.input.width, model_.input.height));
+  }
+
+  auto run(const Image<Rgb>& color) const {
+    const DecodeContext context{model_, class_of_, place(color.width(), color.height(), model_.input)};
+    return decode_(network_.run(to_input(color, model_.input)), context);
+  }
+
+ private:
+  static Network load(const Model& model, const NetworkOptions& options) {
+    const Engine engine = engine_from(options.engine);
+    return {find_weights(model, engine), engine, options.threads};
+  }
+
+  Model model_;
+  Decoder decode_;
+  std::vector<ClassId> class_of_;
+  Network network_;
+};
+
+using SemanticStage = Stage<SemanticDecoder>;
+using InstanceStage = Stage<InstanceDecoder>;
+
+SemanticStage load_semantic(const NetworkOptions& options, const LabelSet& labels) {
+  Model model = load_model(options.semantic);
+  const SemanticDecoder decode = semantic_decoder(model);
+  std::vector<ClassId> class_of = map_classes(model, labels);
+  return {std::move(model), decode, std::move(class_of), options};
+}
+
+InstanceStage load_instance(const NetworkOptions& options, const LabelSet& labels) {
+  Model model = load_model(options.instance);
+  const InstanceDecoder decode = instance_decoder(model);
+  if (options.score_threshold) model.thresholds.score = static_cast<float>(*options.score_threshold);
+  std::vector<ClassId> class_of = map_classes(model, labels);
+  for (ClassId& id : class_of) {
+    if (!labels.is_thing(id)) id = ClassId::kUnknown;  // what is stuff in this label set has no instances
+  }
+  return {std::move(model), decode, std::move(class_of), options};
+}
+
+class NetworkPredictor final : public Predictor {
+ public:
+  NetworkPredictor(const NetworkOptions& options, LabelSet labels) : labels_(std::move(labels)) {
+    if (!options.semantic.empty()) semantic_.emplace(load_semantic(options, labels_));
+    if (!options.instance.empty()) instance_.emplace(load_instance(options, labels_));
+  }
+
+  const LabelSet& labels() const override { return labels_; }
+
+  // One network after the other, each on all threads: side by side on half of them is slower (docs/networks.md).
+  Segmentation predict(const Frame& frame) override {
+    const Image<Rgb>& color = frame.color;
+    if (color.empty()) return {};
+    Image<ClassId> semantic(color.width(), color.height());
+    if (semantic_) semantic = most_likely(semantic_->run(color), color.width(), color.height());
+    const std::vector<Instance> instances = instance_ ? instance_->run(color) : std::vector<Instance>();
+    return fuse(semantic, instances, labels_);
+  }
+
+ private:
+  LabelSet labels_;
+  std::optional<SemanticStage> semantic_;
+  std::optional<InstanceStage> instance_;
+};
+
+}  // namespace
+
+Fields fields(NetworkOptions& options) {
+  constexpr int kMaxThreads = 1024;
+  return {{"semantic", &options.semantic, "model description of the semantic network", {}},
+          {"instance", &options.instance, "model description of the instance network", {}},
+          {"engine", &options.engine, "inference engine", one_of({"auto", "onnxruntime", "opencv"})},
+          {"threads", &options.threads, "threads of inference; 0 = as many as everything else", in_range(0, kMaxThreads)},
+          {"score_threshold", &options.score_threshold, "instances below are dropped, whatever the model description says",
+           in_range(0, 1)}};
+}
+
+std::unique_ptr<Predictor> make_network_predictor(const NetworkOptions& options, LabelSet labels) {
+  if (options.semantic.empty() && options.instance.empty()) {
+    throw Error("no network is given: name a model description with --semantic, --instance or both");
+  }
+  return std::make_unique<NetworkPredictor>(options, std::move(labels));
+}
+
+}  // namespace panoptic
