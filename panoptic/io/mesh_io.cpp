@@ -150,7 +150,7 @@ class PlyReader {
   }
 
   MeshVertex vertex(std::size_t i) {
-    const MeshVertex vertex = vertex_at(bytes_.data() + at_);
+    MeshVertex vertex = vertex_at(bytes_.data() + at_);
     if (!vertex.position.allFinite() || !vertex.normal.allFinite()) fail(fmt::format("vertex {} is not finite", i));
     at_ += kVertexBytes;
     return vertex;

@@ -100,7 +100,7 @@ inline Mesh room(float step_m) {
 }
 
 inline std::filesystem::path fresh_folder(const std::string& name) {
-  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / ("panoptic_" + name);
+  std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / ("panoptic_" + name);
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;
