@@ -4,11 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <sstream>
-#include <toml++/toml.h>
 #include <type_traits>
 
 #include "panoptic/base/error.h"
@@ -18,6 +17,20 @@ namespace panoptic {
 namespace {
 
 constexpr std::uintmax_t kMaxTomlBytes = 4 << 20;
+constexpr int kMaxDots = 256;
+
+// toml++ bounds the depth of values but not of dotted keys, and takes a nested table apart recursively: a.a.a.a... with a
+// million parts would overflow the stack. True for such a text.
+bool nests_too_deep(std::string_view text) {
+  int dots = 0;
+  char previous = '\n';
+  for (const char c : text) {
+    if (c == '\n' || c == '=' || c == ',' || c == '{' || c == '}') dots = 0;
+    if (c == '.' && previous != '.' && ++dots > kMaxDots) return true;
+    if (c != ' ' && c != '\t') previous = c;
+  }
+  return false;
+}
 
 std::string place(std::string_view source, const toml::node& node) {
   return node.source().begin.line == 0 ? std::string(source) : fmt::format("{}:{}", source, node.source().begin.line);
@@ -102,7 +115,11 @@ class Reader {
     if (std::abs(wide) > std::numeric_limits<int>::max()) wrong(node, field, "a 32-bit whole number");
     *value = static_cast<int>(wide);
   }
-  void read(const toml::node& node, const Field& field, float* value) const { *value = static_cast<float>(number(node, field)); }
+  void read(const toml::node& node, const Field& field, float* value) const {
+    const double wide = number(node, field);
+    if (std::abs(wide) > std::numeric_limits<float>::max()) wrong(node, field, "a number that fits 32 bits");
+    *value = static_cast<float>(wide);
+  }
   void read(const toml::node& node, const Field& field, double* value) const { *value = number(node, field); }
   void read(const toml::node& node, const Field& field, std::optional<double>* value) const { *value = number(node, field); }
   void read(const toml::node& node, const Field& field, std::string* value) const { *value = text(node, field); }
@@ -139,14 +156,28 @@ class Reader {
   std::string_view source_;
 };
 
+// A basic string on one line, right for values and for keys.
 std::string quoted(const std::string& text) {
-  std::ostringstream out;
-  out << toml::value<std::string>(text);
-  return out.str();
+  constexpr unsigned char kSpace = 0x20;
+  constexpr unsigned char kDelete = 0x7F;
+  std::string result = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      result += '\\';
+      result += c;
+    } else if (byte < kSpace || byte == kDelete) {
+      result += fmt::format("\\u{:04X}", byte);
+    } else {
+      result += c;
+    }
+  }
+  return result + '"';
 }
 
 std::string key_text(const std::string& key) {
-  const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+  const bool bare = !key.empty() &&
+                    std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
   return bare ? key : quoted(key);
 }
 
@@ -208,6 +239,7 @@ void append_group(Fields& fields, std::string_view group, Fields nested) {
 }
 
 void read_toml_text(std::string_view text, std::string_view source_name, const Fields& fields) {
+  if (nests_too_deep(text)) throw Error(fmt::format("{}: keys are nested deeper than {} tables", source_name, kMaxDots));
   toml::table table;
   try {
     table = toml::parse(text, source_name);
@@ -226,6 +258,7 @@ void set_field(const Fields& fields, std::string_view assignment) {
   if (equals == std::string_view::npos || equals == 0) {
     throw Error(fmt::format("--set {}: expected key=value, for example map.voxel_size_m=0.02", assignment));
   }
+  if (assignment.find('\n') != std::string_view::npos) throw Error(fmt::format("--set {}: expected one line", assignment));
   const std::string_view key = assignment.substr(0, equals);
   const std::string_view value = assignment.substr(equals + 1);
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.key == key; });
@@ -234,24 +267,26 @@ void set_field(const Fields& fields, std::string_view assignment) {
   Fields settable = fields;
   for (Field& f : settable) f.allowed.required = false;
   const bool already_quoted = value.starts_with('"');
-  const std::string text = fmt::format("{} = {}", key, is_text && !already_quoted ? quoted(std::string(value)) : std::string(value));
+  const std::string text =
+      fmt::format("{} = {}", key, is_text && !already_quoted ? quoted(std::string(value)) : std::string(value));
   read_toml_text(text, source, settable);
 }
 
 std::string to_toml(const Fields& fields) {
-  std::string text;
-  std::string group;
+  std::vector<std::string> groups = {""};  // keys outside any table come first, or they would land in the table before them
+  std::map<std::string, std::string> lines;
   for (const Field& field : fields) {
     const std::string value = value_text(field);
     if (value.empty()) continue;
     const std::size_t dot = field.key.rfind('.');
-    const std::string own_group = dot == std::string::npos ? "" : field.key.substr(0, dot);
-    if (own_group != group) {
-      group = own_group;
-      text += fmt::format("\n[{}]\n", group);
-    }
-    text += fmt::format("# {}{}\n{} = {}\n", field.help, allowed_text(field.allowed),
-                        dot == std::string::npos ? field.key : field.key.substr(dot + 1), value);
+    const std::string group = dot == std::string::npos ? "" : field.key.substr(0, dot);
+    if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
+    lines[group] += fmt::format("# {}{}\n{} = {}\n", field.help, allowed_text(field.allowed),
+                                dot == std::string::npos ? field.key : field.key.substr(dot + 1), value);
+  }
+  std::string text = lines[""];
+  for (const std::string& group : groups) {
+    if (!group.empty()) text += fmt::format("\n[{}]\n{}", group, lines[group]);
   }
   return text;
 }

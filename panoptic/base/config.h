@@ -62,7 +62,7 @@ void set_field(const Fields& fields, std::string_view assignment);
 // TOML text that read_toml_text takes back to the same values. Arrays of tables are not written.
 std::string to_toml(const Fields& fields);
 
-// One line per field: key, default, allowed values, help.
+// Two lines per field: key, default and allowed values; then the help.
 std::string describe(const Fields& fields);
 
 }  // namespace panoptic

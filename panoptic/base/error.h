@@ -12,10 +12,11 @@
 
 namespace panoptic {
 
-// One line for a person: what is wrong, where, what to do.
+// One line for a person: what is wrong, where, what to do. Line breaks and other control characters in the message (file
+// names and values may hold them) become spaces.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit Error(std::string message);
 };
 
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);

@@ -52,7 +52,7 @@ std::filesystem::path temporary_beside(const std::filesystem::path& path) {
 }  // namespace
 
 std::string read_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
-  Descriptor file(path, O_RDONLY);
+  const Descriptor file(path, O_RDONLY | O_NONBLOCK);  // a pipe without a writer must not hang us
   if (!file.open()) fail("cannot read", path, errno, "check the path and its permissions");
   struct stat status {};
   if (::fstat(file.fd(), &status) != 0) fail("cannot read", path, errno, "check the path and its permissions");
@@ -93,7 +93,7 @@ void write_file(const std::filesystem::path& path, std::span<const std::uint8_t>
 void require_writable_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
+  if (error || !std::filesystem::is_directory(folder, error)) {
     throw Error(fmt::format("cannot create the folder {}: {}; choose another output folder", folder.string(),
                             error ? error.message() : "a file of that name is in the way"));
   }

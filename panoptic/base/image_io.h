@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Image files in and out: the one seam to OpenCV's codecs. Everything throws Error naming the file; writing is all or nothing.
+// Image files in and out: the one seam to OpenCV's codecs. Everything throws Error naming the file (absent, cut off,
+// no image, more than 64 Mi pixels); writing is all or nothing.
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,7 @@ constexpr double kLogBinWidth = 0.02;
 }  // namespace
 
 void DurationHistogram::add(double seconds) {
-  const double position = std::log(std::max(seconds, kShortest_s) / kShortest_s) / kLogBinWidth;
+  const double position = std::log(std::max(kShortest_s, seconds) / kShortest_s) / kLogBinWidth;
   bins_[std::min(static_cast<std::size_t>(position), kBins - 1)]++;
   count_++;
   sum_s_ += seconds;
@@ -26,7 +26,8 @@ void DurationHistogram::add(double seconds) {
 double DurationHistogram::mean_ms() const { return count_ == 0 ? 0 : sum_s_ / static_cast<double>(count_) * 1e3; }
 
 double DurationHistogram::percentile_ms(double p) const {
-  const double wanted = p * static_cast<double>(count_);
+  constexpr double kRounding = 1e-9;  // 0.07 * 100 is a little more than 7
+  const double wanted = p * static_cast<double>(count_) * (1 - kRounding);
   std::uint64_t seen = 0;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     seen += bins_[bin];

@@ -17,11 +17,11 @@ struct Frame {
   std::int64_t index = 0;  // the frame's number in its recording
   double time_s = 0;
   Camera depth_camera;
-  Camera color_camera;                          // may differ from the depth camera in size, intrinsics and place
-  Pose color_from_depth = Pose::Identity();     // a point of the depth camera's frame in the colour camera's frame
-  Pose world_from_camera = Pose::Identity();    // the depth camera
-  Image<float> depth;                           // metres, planar z, 0 = no reading
-  Image<Rgb> color;                             // as the colour camera saw it
+  Camera color_camera;                        // may differ from the depth camera in size, intrinsics and place
+  Pose color_from_depth = Pose::Identity();   // a point of the depth camera's frame in the colour camera's frame
+  Pose world_from_camera = Pose::Identity();  // the depth camera
+  Image<float> depth;                         // metres, planar z, 0 = no reading
+  Image<Rgb> color;                           // as the colour camera saw it
 };
 
 // Why a frame cannot be used (NaN pose, images of the wrong size, no colour, no depth reading at all), or nothing.

@@ -45,10 +45,12 @@ LabelSet::LabelSet(std::string name, std::vector<LabelClass> classes) : name_(st
   for (std::size_t i = 0; i < classes_.size(); ++i) {
     const LabelClass& c = classes_[i];
     if (number(c.id) < 1 || number(c.id) > kMaxClassId) {
-      throw Error(fmt::format("label set '{}': class '{}' has id {}; ids must be 1..{}", name_, c.name, number(c.id), kMaxClassId));
+      throw Error(
+          fmt::format("label set '{}': class '{}' has id {}; ids must be 1..{}", name_, c.name, number(c.id), kMaxClassId));
     }
     if (i > 0 && classes_[i - 1].id == c.id) {
-      throw Error(fmt::format("label set '{}': classes '{}' and '{}' share id {}", name_, classes_[i - 1].name, c.name, number(c.id)));
+      throw Error(
+          fmt::format("label set '{}': classes '{}' and '{}' share id {}", name_, classes_[i - 1].name, c.name, number(c.id)));
     }
     if (c.name.empty() || find(c.name) != &c) {
       throw Error(fmt::format("label set '{}': the name '{}' of class {} is empty or used twice", name_, c.name, number(c.id)));
@@ -58,7 +60,8 @@ LabelSet::LabelSet(std::string name, std::vector<LabelClass> classes) : name_(st
 }
 
 const LabelClass* LabelSet::find(ClassId id) const {
-  const auto found = std::lower_bound(classes_.begin(), classes_.end(), id, [](const LabelClass& c, ClassId i) { return c.id < i; });
+  const auto found =
+      std::lower_bound(classes_.begin(), classes_.end(), id, [](const LabelClass& c, ClassId i) { return c.id < i; });
   return found != classes_.end() && found->id == id ? &*found : nullptr;
 }
 
@@ -92,17 +95,23 @@ LabelSet load_label_set(const std::string& name_or_path) {
             {"thing", &c.thing, "true: countable objects; false: stuff such as walls", {}},
             {"color", &c.color, "red, green, blue in pictures", in_range(0, 255)}};
   };
-  const Fields fields = {{"name", &name, "the name of the label set", required()}, {"class", AppendTable(append_class), "a class", required()}};
+  const Fields fields = {{"name", &name, "the name of the label set", required()},
+                         {"class", AppendTable(append_class), "a class", required()}};
   if (const auto text = builtin_label_set(name_or_path)) {
     read_toml_text(*text, "built-in label set " + name_or_path, fields);
-  } else if (std::filesystem::exists(name_or_path)) {
+  } else if (std::error_code error; std::filesystem::exists(name_or_path, error)) {
     read_toml_file(name_or_path, fields);
   } else {
-    throw Error(fmt::format("there is no label set '{}': name a built-in one ({}) or a TOML file", name_or_path, builtin_label_set_names()));
+    throw Error(fmt::format("there is no label set '{}': name a built-in one ({}) or a TOML file", name_or_path,
+                            builtin_label_set_names()));
   }
   std::vector<LabelClass> converted;
   for (const ClassText& c : classes) converted.push_back(to_class(c, name_or_path));
-  return {name, std::move(converted)};
+  try {
+    return {name, std::move(converted)};
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", name_or_path, e.what()));
+  }
 }
 
 Rgb color_of(PanopticId id, const LabelSet& labels) {

@@ -4,23 +4,25 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <cmath>
 
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kMaxSegments = 65000;  // segment_at is 16 bits wide
+constexpr std::size_t kMaxInstances = 64000;  // segment_at is 16 bits wide, and up to 999 stuff classes follow
 
 // Paints the mask over pixels that no instance has yet; returns whether it got any.
 bool paint(const Instance& instance, std::uint16_t value, Image<std::uint16_t>& segment_at) {
   bool any = false;
   for (int y = 0; y < instance.mask.height(); ++y) {
-    const int v = instance.y0 + y;
+    const std::int64_t v = std::int64_t{instance.y0} + y;
     if (v < 0 || v >= segment_at.height()) continue;
     for (int x = 0; x < instance.mask.width(); ++x) {
-      const int u = instance.x0 + x;
-      if (u < 0 || u >= segment_at.width() || instance.mask(x, y) == 0 || segment_at(u, v) != 0) continue;
-      segment_at(u, v) = value;
+      const std::int64_t u = std::int64_t{instance.x0} + x;
+      if (u < 0 || u >= segment_at.width() || instance.mask(x, y) == 0) continue;
+      std::uint16_t& segment = segment_at(static_cast<int>(u), static_cast<int>(v));
+      if (segment != 0) continue;
+      segment = value;
       any = true;
     }
   }
@@ -31,12 +33,14 @@ bool paint(const Instance& instance, std::uint16_t value, Image<std::uint16_t>& 
 
 Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels) {
   Segmentation result{Image<std::uint16_t>(semantic.width(), semantic.height()), {}};
-  std::vector<std::size_t> order(instances.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (!std::isnan(instances[i].segment.score)) order.push_back(i);
+  }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return instances[a].segment.score > instances[b].segment.score; });
   for (const std::size_t i : order) {
-    if (result.segments.size() >= kMaxSegments) break;
+    if (result.segments.size() >= kMaxInstances) break;
     if (!labels.is_thing(instances[i].segment.class_id)) continue;
     if (paint(instances[i], static_cast<std::uint16_t>(result.segments.size() + 1), result.segment_at)) {
       result.segments.push_back(instances[i].segment);

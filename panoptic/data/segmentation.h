@@ -22,8 +22,9 @@ struct ClassProbability {
 // A region of one frame: one object (thing) or all pixels of one stuff class.
 struct Segment {
   ClassId class_id = ClassId::kUnknown;
-  float score = 1;                                      // p(z, O) in Eq. 12; 1 for stuff
-  std::vector<ClassProbability> class_probabilities;    // p(z, l | O) over thing classes, sorted by class id; empty = class_id alone
+  float score = 1;  // p(z, O) in Eq. 12; 1 for stuff
+  std::vector<ClassProbability>
+      class_probabilities;  // p(z, l | O) over thing classes, sorted by class id; empty = class_id alone
 
   bool operator==(const Segment&) const = default;
 };
@@ -47,7 +48,8 @@ struct Instance {
 
 // Eq. 1: instance first, else stuff class, else unknown (a semantic thing pixel without an instance is unknown).
 // Where masks overlap, the higher score is in front (ties: the earlier one). `semantic` holds class numbers of the label set
-// at the size of the colour image. Instances that keep no pixel are dropped. Segments: things in descending score, then stuff.
+// at the size of the colour image. Instances that keep no pixel, whose class is no
+// thing of the label set, or whose score is NaN are dropped. Segments: things in descending score, then stuff.
 Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels);
 
 // Why a segmentation cannot be used with a colour image of this size, or nullptr.

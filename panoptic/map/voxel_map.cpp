@@ -34,7 +34,8 @@ std::uint64_t hash_bytes(const void* data, std::size_t size, std::uint64_t seed)
 
 Fields fields(MapOptions& o) {
   return {{"voxel_size_m", &o.voxel_size_m, "edge of a voxel in metres", in_range(0.001, 1)},
-          {"truncation_voxels", &o.truncation_voxels, "half width of the updated band around the surface, in voxels", in_range(1, 32)}};
+          {"truncation_voxels", &o.truncation_voxels, "half width of the updated band around the surface, in voxels",
+           in_range(1, 32)}};
 }
 
 VoxelMap::VoxelMap(const MapOptions& options)

@@ -49,10 +49,10 @@ class VoxelMap {
   const VoxelBlock& block(Slot slot) const { return *blocks_[slot]; }
   BlockIndex index_of(Slot slot) const { return indices_[slot]; }
 
-  // The slot of the block, newly made (all zero) if it was absent. REQUIRES in_range(index).
+  // The slot of the block, newly made (all zero, changed in the current epoch) if it was absent. REQUIRES in_range(index).
   Slot allocate(BlockIndex index);
 
-  // Epochs instead of dirty flags: every reader keeps the last epoch that it saw and asks for what changed since.
+  // Epochs instead of dirty flags: every reader keeps the last epoch that it saw (0 at first) and asks for what changed since.
   // begin_epoch starts a new one; mark_changed stamps a block with it.
   std::uint64_t begin_epoch() { return ++epoch_; }
   std::uint64_t epoch() const { return epoch_; }
@@ -69,7 +69,7 @@ class VoxelMap {
 
   float voxel_size_m_;
   float truncation_m_;
-  std::uint64_t epoch_ = 0;
+  std::uint64_t epoch_ = 1;
   std::vector<std::unique_ptr<VoxelBlock>> blocks_;
   std::vector<BlockIndex> indices_;
   std::vector<std::uint64_t> changed_at_;
@@ -77,7 +77,7 @@ class VoxelMap {
   std::vector<Slot> table_slots_;
 };
 
-// Looks up voxels near the previous one without hashing again. One per thread.
+// Looks up voxels near the previous one without hashing again. One per thread; make a new one after blocks were allocated.
 class CachedLookup {
  public:
   explicit CachedLookup(const VoxelMap& map) : map_(map) {}
