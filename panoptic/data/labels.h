@@ -19,7 +19,9 @@ namespace panoptic {
 enum class ClassId : std::uint16_t { kUnknown = 0 };
 
 // Which one in the whole map: stuff uses its class number, things count up from LabelSet::first_thing(); 0 is unknown.
-enum class PanopticId : std::uint16_t { kUnknown = 0 };
+// kNoVote is never an id: in a label image it marks pixels that say nothing about the map (no depth, hidden from the colour
+// camera, or a frame without a prediction), whereas kUnknown is a label like any other and votes.
+enum class PanopticId : std::uint16_t { kUnknown = 0, kNoVote = 65535 };
 
 constexpr std::uint16_t number(ClassId id) { return static_cast<std::uint16_t>(id); }
 constexpr std::uint16_t number(PanopticId id) { return static_cast<std::uint16_t>(id); }

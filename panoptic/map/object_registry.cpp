@@ -3,7 +3,6 @@
 #include "panoptic/map/object_registry.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "panoptic/base/error.h"
 
@@ -11,7 +10,7 @@ namespace panoptic {
 
 std::optional<PanopticId> ObjectRegistry::create() {
   const std::size_t id = first_thing_ + objects_.size();
-  if (id > std::numeric_limits<std::uint16_t>::max()) return std::nullopt;
+  if (id >= number(PanopticId::kNoVote)) return std::nullopt;
   objects_.emplace_back().id = static_cast<PanopticId>(id);
   return objects_.back().id;
 }

@@ -20,15 +20,15 @@ struct Object {
   std::int64_t first_frame = 0;
   std::int64_t last_frame = 0;
   std::uint64_t observations = 0;
-  double score_sum = 0;                 // denominator of Eq. 12
-  std::map<ClassId, double> evidence;   // its numerator per class: sum of score * p(class)
+  double score_sum = 0;                // denominator of Eq. 12
+  std::map<ClassId, double> evidence;  // its numerator per class: sum of score * p(class)
 };
 
 class ObjectRegistry {
  public:
   explicit ObjectRegistry(std::uint16_t first_thing) : first_thing_(first_thing) {}
 
-  // The next free id; nothing when all 16-bit ids are used up.
+  // The next free id; nothing when all 16-bit ids are used up (65534 is the last).
   std::optional<PanopticId> create();
 
   // Adds one detection to the evidence (Eq. 12). REQUIRES an id that create returned.
@@ -39,7 +39,7 @@ class ObjectRegistry {
   // p(z, l) of Eq. 12, sorted by class id.
   std::vector<ClassProbability> probabilities(PanopticId id) const;
 
-  const Object* find(PanopticId id) const;  // nullptr if there is no such object
+  const Object* find(PanopticId id) const;                         // nullptr if there is no such object
   const std::vector<Object>& objects() const { return objects_; }  // ascending id
 
  private:

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The inner loops of integration: what one observation does to a voxel (Eq. 6-11), and one block against one frame.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "panoptic/data/labels.h"
+#include "panoptic/map/voxel_block.h"
+
+// Compiles a function for AVX2 and AVX-512 too and picks at run time. Results are the same bits: the build forbids contraction.
+// Off under sanitizers (the resolver runs before TSan is up) and on clang 14 (it lacks the attribute's x86-64 levels).
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_THREAD__) && \
+    !defined(__SANITIZE_ADDRESS__)
+#define PANOPTIC_CLONES [[gnu::target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")]]
+#else
+#define PANOPTIC_CLONES
+#endif
+
+namespace panoptic {
+
+// The frame as the kernels see it: raw planes with one extra "no reading" pixel at the end, camera numbers in float.
+struct KernelFrame {
+  const float* depth;
+  const std::uint32_t* color;
+  const PanopticId* label;
+  int width;
+  int height;
+  float fx, fy, cx, cy;
+};
+
+// The band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.
+struct Band {
+  float truncation_m;
+  float drop_off_m;
+};
+
+// w_t: 1/z^2 as in voxblox (the paper's "quadric weight"), falling linearly to 0 from drop_off behind the surface to the end of
+// the band. z: measured depth; distance: signed distance of the voxel.
+inline float observation_weight(float z, float distance, const Band& band) {
+  const float quadric = 1.0F / (z * z);
+  const float share = (band.truncation_m + distance) / (band.truncation_m - band.drop_off_m);
+  const float drop = distance < -band.drop_off_m ? (share > 0 ? share : 0.0F) : 1.0F;
+  return quadric * drop;
+}
+
+// Eq. 6: the weighted mean of old and new.
+inline float fused_distance(float old_distance, float old_weight, float distance, float weight) {
+  return (old_weight * old_distance + weight * distance) / (old_weight + weight);
+}
+
+// The same mean for one colour channel in 8.8 fixed point. 0 means "no colour yet", so black is stored as 1/256.
+inline std::uint16_t fused_color(std::uint16_t old_color, float old_weight, std::uint8_t color, float weight) {
+  const float target = static_cast<float>(color) * 256.0F;
+  const auto old = static_cast<float>(old_color);
+  const float share = old_color == 0 ? 1.0F : weight / (old_weight + weight);
+  const float mean = old + (target - old) * share + 0.5F;
+  return static_cast<std::uint16_t>(mean > 1.0F ? mean : 1.0F);
+}
+
+struct VoxelLabel {
+  std::uint16_t label;
+  float weight;
+};
+
+// Eq. 9-11: agree and gain weight, disagree and lose weight, flip when the observation outweighs the memory.
+inline VoxelLabel fused_label(VoxelLabel old, std::uint16_t label, float weight) {
+  const bool same = old.label == label;
+  const bool flip = !same & (weight > old.weight);
+  const float gain = same ? old.weight + weight : old.weight - weight;
+  return {flip ? label : old.label, flip ? weight - old.weight : gain};
+}
+
+// One observation of one voxel, all properties. `color` as in RegisteredFrame.
+inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, float distance, float weight, std::uint32_t color,
+                       PanopticId label) {
+  const float old_weight = block.weight[voxel];
+  block.distance[voxel] = fused_distance(block.distance[voxel], old_weight, distance, weight);
+  block.weight[voxel] = old_weight + weight;
+  if (color != 0) {
+    block.red[voxel] = fused_color(block.red[voxel], old_weight, static_cast<std::uint8_t>(color >> 16), weight);
+    block.green[voxel] = fused_color(block.green[voxel], old_weight, static_cast<std::uint8_t>(color >> 8), weight);
+    block.blue[voxel] = fused_color(block.blue[voxel], old_weight, static_cast<std::uint8_t>(color), weight);
+  }
+  if (label != PanopticId::kNoVote) {
+    const VoxelLabel fused = fused_label({block.label[voxel], block.label_weight[voxel]}, number(label), weight);
+    block.label[voxel] = fused.label;
+    block.label_weight[voxel] = fused.weight;
+  }
+}
+
+// Where a block lies in the camera frame: the centre of voxel (0, 0, 0), and the steps to the next voxel along each axis.
+struct BlockInCamera {
+  float origin[3];
+  float step_x[3];
+  float step_y[3];
+  float step_z[3];
+};
+
+// Projects every voxel of the block into the frame and fuses the pixel it falls on, within the band (Eq. 6-11).
+void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
+
+}  // namespace panoptic

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Depth, colour and labels into the voxel map (Eq. 6-11).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "panoptic/base/config.h"
+#include "panoptic/data/frame.h"
+#include "panoptic/fusion/frame_view.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/map/voxel_map.h"
+
+namespace panoptic {
+
+struct IntegratorOptions {
+  // "projective": every voxel near the surface looks up the pixel it projects to. "raycast": every pixel updates the voxels
+  // along its ray, as in the paper. Same weights, same label rule; raycast counts a voxel once per ray through it.
+  std::string method = "projective";
+};
+Fields fields(IntegratorOptions& options);
+
+// Three steps without a lock: which blocks does the frame concern (parallel over pixels), allocate them (one thread, in the
+// order of their keys), update them (parallel, one block = one task). A block's updates have one fixed order, so the map is the
+// same bit for bit at any thread count.
+class Integrator {
+ public:
+  Integrator(const IntegratorOptions& options, const VoxelMap& map);
+
+  // `labels` as LabelTracker::assign returns them. Starts a new epoch and marks the blocks it updates. Depth points beyond the
+  // range of block indices (400 km at 2.4 cm) are left out.
+  void integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels, VoxelMap& map);
+
+ private:
+  // Rows of pixels are worked in this many chunks: fixed, so that nothing depends on the thread count.
+  static constexpr std::size_t kChunks = 32;
+  using PixelsOfBlock = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
+
+  void touch_bands(const FrameView& view, const VoxelMap& map);
+  void touch_rays(const FrameView& view, const VoxelMap& map);
+  std::vector<Slot> allocate(VoxelMap& map);
+  void update_by_projection(const FrameView& view, std::span<const Slot> slots, VoxelMap& map);
+  void update_by_rays(const FrameView& view, std::span<const Slot> slots, VoxelMap& map);
+
+  bool raycast_;
+  Band band_;
+  std::array<std::vector<std::uint64_t>, kChunks> keys_;  // per chunk: the blocks that it touches
+  std::array<PixelsOfBlock, kChunks> rays_;               // per chunk: for each block, the pixels whose rays cross it
+};
+
+}  // namespace panoptic

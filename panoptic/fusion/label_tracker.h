@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Keeps object ids the same from frame to frame by asking the map (Eq. 3-5), and gathers class evidence (Eq. 12).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "panoptic/base/config.h"
+#include "panoptic/data/segmentation.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/map/object_registry.h"
+
+namespace panoptic {
+
+struct TrackerOptions {
+  float iou_threshold = 0.25F;  // theta_U in Eq. 4
+};
+Fields fields(TrackerOptions& options);
+
+class LabelTracker {
+ public:
+  LabelTracker(const TrackerOptions& options, const LabelSet& labels);
+
+  // Eq. 3-5: every thing segment gets the id of the object in the map that it overlaps best, if the IoU exceeds the threshold,
+  // else a new id; larger masks choose first, and no id is taken twice. Stuff keeps its class number. IoU counts the pixels
+  // that have both a depth reading and a segment (the reference exists nowhere else). Evidence goes to `objects` (Eq. 12).
+  // Returns the label per depth pixel plus the extra pixel of RegisteredFrame; kNoVote where the frame says nothing.
+  // Good until the next call. Not thread-safe.
+  const std::vector<PanopticId>& assign(const RegisteredFrame& registered, std::span<const Segment> segments,
+                                        std::span<const PanopticId> reference, std::int64_t frame, ObjectRegistry& objects);
+
+ private:
+  void count_overlaps(const RegisteredFrame& registered, std::size_t segment_count, std::span<const PanopticId> reference);
+  PanopticId best_match(std::size_t segment) const;
+
+  TrackerOptions options_;
+  LabelSet labels_;
+  std::vector<PanopticId> result_;
+  // Co-occurrence of segments (rows) and objects seen in the reference (columns, in order of first appearance).
+  std::vector<std::uint32_t> overlap_;
+  std::vector<std::uint32_t> segment_area_;
+  std::vector<std::uint32_t> reference_area_;
+  std::vector<PanopticId> column_id_;
+  std::vector<bool> column_taken_;
+  std::vector<std::uint16_t> column_of_id_;
+};
+
+}  // namespace panoptic

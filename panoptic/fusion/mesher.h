@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The surface of the map as a labelled mesh: marching cubes over the blocks that changed.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "panoptic/base/config.h"
+#include "panoptic/data/mesh.h"
+#include "panoptic/map/object_registry.h"
+#include "panoptic/map/voxel_map.h"
+
+namespace panoptic {
+
+struct MesherOptions {
+  float min_weight = 1e-4F;  // voxels observed with less are taken as unseen
+};
+Fields fields(MesherOptions& options);
+
+// A vertex of a chunk. It lies on the grid edge that starts at `corner` and runs along `axis`; corner coordinates are those of
+// voxels of the block, 16 = the first voxel of the next block. Equal edges are equal vertices, also across chunks.
+struct ChunkVertex {
+  Vec3f position;     // world, metres
+  Vec3f area_normal;  // sum of the normals of the chunk's triangles around it, weighted by area
+  Rgb color;
+  PanopticId panoptic_id;  // of the voxel that is nearer
+  std::uint8_t corner_x, corner_y, corner_z, axis;
+};
+
+// The triangles of the cells whose lowest corner is a voxel of one block.
+struct MeshChunk {
+  std::vector<ChunkVertex> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+class Mesher {
+ public:
+  explicit Mesher(const MesherOptions& options) : options_(options) {}
+
+  // Extracts anew the chunks of the blocks that changed since the last call and of the neighbours that look into them; blocks
+  // run in parallel. Returns how many chunks were made.
+  std::size_t update(const VoxelMap& map);
+
+  // All chunks as one mesh with shared vertices (none twice at block borders), unit normals, and classes as the objects have
+  // them now.
+  Mesh assemble(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels) const;
+
+  const std::vector<MeshChunk>& chunks() const { return chunks_; }  // by slot
+
+ private:
+  MesherOptions options_;
+  std::vector<MeshChunk> chunks_;
+  std::uint64_t seen_epoch_ = 0;
+};
+
+// The chunk of one block. Only cells whose eight corners were observed with min_weight are meshed.
+MeshChunk extract_chunk(const VoxelMap& map, Slot slot, float min_weight);
+
+}  // namespace panoptic

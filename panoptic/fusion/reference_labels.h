@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the map already says at every pixel of a frame (Eq. 2).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "panoptic/data/frame.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/map/voxel_map.h"
+
+namespace panoptic {
+
+// Eq. 2: the label of the voxel at the back-projected depth point, per depth pixel (row-major). kUnknown where there is no
+// depth, no voxel, or no label yet. Fills `labels`, keeping its memory. Rows run in parallel; the map is only read.
+void reference_labels(const VoxelMap& map, const Frame& frame, const RegisteredFrame& registered,
+                      std::vector<PanopticId>& labels);
+
+}  // namespace panoptic

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Colour and segments seen from the depth camera: once per frame, everything is gathered onto the depth pixels, and the rest
+// of the system works on those alone.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "panoptic/base/config.h"
+#include "panoptic/data/frame.h"
+#include "panoptic/data/segmentation.h"
+
+namespace panoptic {
+
+struct DepthOptions {
+  float min_m = 0.1F;  // readings outside [min, max] are taken as missing
+  float max_m = 8;
+};
+Fields fields(DepthOptions& options);
+
+// The frame on the grid of the depth image: width x height pixels, row-major, plus ONE extra pixel at the end that holds "no
+// reading", so that a look-up outside the image is an index and not a branch.
+struct RegisteredFrame {
+  static constexpr std::uint16_t kNoSegment =
+      65535;  // no depth, hidden from the colour camera, outside its image, or no prediction
+
+  int width = 0;
+  int height = 0;
+  std::vector<float> depth;            // metres; 0 = no (usable) reading
+  std::vector<std::uint32_t> color;    // 0xFFrrggbb; 0 = not seen by the colour camera
+  std::vector<std::uint16_t> segment;  // as Segmentation::segment_at, or kNoSegment
+
+  std::size_t pixel_count() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+};
+
+// Gathers through the calibration. Where the cameras stand apart, a depth pixel that something nearer hides from the colour
+// camera gets neither colour nor segment. REQUIRES usable inputs (why_unusable gives nothing). Keeps its buffers: one per thread.
+class Registration {
+ public:
+  explicit Registration(const DepthOptions& options) : options_(options) {}
+
+  // The result is good until the next call.
+  const RegisteredFrame& apply(const Frame& frame, const Segmentation& segmentation);
+
+ private:
+  void resize(const Frame& frame);
+  void clean_depth(const Frame& frame);
+  void gather_registered(const Frame& frame, const Segmentation& segmentation);
+  void project(const Frame& frame);
+  void find_nearest(const Frame& frame);
+  void gather_visible(const Frame& frame, const Segmentation& segmentation);
+
+  DepthOptions options_;
+  RegisteredFrame result_;
+  std::vector<std::int32_t> color_pixel_;    // per depth pixel: index into the colour image, or -1
+  std::vector<float> color_depth_;           // per depth pixel: z in the colour camera
+  std::vector<std::vector<float>> nearest_;  // per band of rows: smallest z per cell of the colour image
+};
+
+}  // namespace panoptic
