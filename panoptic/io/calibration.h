@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What is known of a recording's cameras: first what its format says, then what a calibration TOML overrides.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/base/geometry.h"
+
+namespace panoptic {
+
+struct ImageSize {
+  int width = 0;
+  int height = 0;
+
+  bool operator==(const ImageSize&) const = default;
+};
+
+// The sizes in the cameras are those that the intrinsics belong to: 0 = the size of the recording's images, whatever it is.
+struct Calibration {
+  Camera depth;                              // fx = 0: not known
+  std::optional<Camera> color;               // nothing: the colour images are registered to the depth images
+  Pose color_from_depth = Pose::Identity();  // a point of the depth camera's frame in the colour camera's frame
+  Pose posed_from_depth = Pose::Identity();  // the same in the frame that the recording's poses are of; not overridden
+  double depth_scale = 1000;                 // raw value / depth_scale = metres
+  std::vector<double> invalid = {65535};     // raw values that are no reading; 0 never is one
+};
+
+// Overrides what the file gives and keeps the rest. Throws Error naming file and line for unknown keys, wrong types, values
+// out of range, and for intrinsics that stay incomplete. The keys are described in docs/datasets.md.
+void read_calibration(const std::filesystem::path& path, Calibration& calibration);
+
+// The calibration for images of these sizes: intrinsics that belong to another size of the same shape are scaled, a missing
+// colour camera becomes the depth camera. Throws Error, beginning with `source`, if intrinsics are missing or the shapes
+// differ by more than 2 %.
+Calibration fitted(const Calibration& calibration, ImageSize depth, ImageSize color, const std::string& source);
+
+}  // namespace panoptic

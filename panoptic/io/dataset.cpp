@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/io/dataset.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "panoptic/base/error.h"
+#include "panoptic/io/dataset_formats.h"
+#include "panoptic/io/sens.h"
+
+namespace panoptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FolderFormat {
+  const char* looked_for;
+  std::optional<FileRecording> (*recognise)(const fs::path& folder);
+};
+
+// In this order: the more telling layouts first.
+constexpr std::array<FolderFormat, 6> kFolderFormats = {{
+    {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
+    {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
+    {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
+    {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", recognise_tum},
+    {"Replica (traj.txt, results/)", recognise_replica},
+    {"plain folder (images/, depth/, poses.txt or poses/, K.txt)", recognise_plain_folder},
+}};
+
+fs::path without_trailing_slash(const fs::path& path) {
+  const fs::path clean = fs::absolute(path).lexically_normal();
+  return clean.has_filename() ? clean : clean.parent_path();
+}
+
+// The file itself, or the only one in the folder.
+std::optional<fs::path> find_sens_file(const fs::path& path) {
+  if (fs::is_regular_file(path)) return path.extension() == ".sens" ? std::optional(path) : std::nullopt;
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(path, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    if (entry->path().extension() == ".sens") files.push_back(entry->path());
+  }
+  if (files.size() > 1) throw Error(fmt::format("{}: holds {} .sens files; name one of them", path.string(), files.size()));
+  return files.empty() ? std::nullopt : std::optional(files.front());
+}
+
+[[noreturn]] void not_recognised(const fs::path& path) {
+  std::string formats = "a .sens file";
+  for (const FolderFormat& format : kFolderFormats) formats += fmt::format("; {}", format.looked_for);
+  throw Error(fmt::format("{}: no recording of a known format; looked for {}", path.string(), formats));
+}
+
+std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& calibration) {
+  if (!fs::exists(path)) throw Error(fmt::format("{}: no such file or folder; give the path of a recording", path.string()));
+  if (const auto sens = find_sens_file(path)) return std::make_unique<SensDataset>(*sens, calibration);
+  if (!fs::is_directory(path)) not_recognised(path);
+  for (const FolderFormat& format : kFolderFormats) {
+    std::optional<FileRecording> recording = format.recognise(path);
+    if (!recording) continue;
+    if (!calibration.empty()) read_calibration(calibration, recording->calibration);
+    return std::make_unique<FileDataset>(std::move(*recording));
+  }
+  not_recognised(path);
+}
+
+}  // namespace
+
+std::unique_ptr<Dataset> open_dataset(const fs::path& path, const fs::path& calibration) {
+  try {
+    return open_absolute(without_trailing_slash(path), calibration);
+  } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
+    throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));
+  }
+}
+
+}  // namespace panoptic

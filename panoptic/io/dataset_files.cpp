@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/io/dataset_files.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/image_io.h"
+#include "panoptic/io/dataset_frame.h"
+
+namespace panoptic {
+namespace {
+
+constexpr double kAssumedRate_hz = 30;
+
+// A frame that has to be skipped; caught in read().
+struct Unusable {
+  std::string reason;
+};
+
+template <typename Read>
+auto read_image(const FileRecording& recording, const std::string& file, std::string_view what, const Read& read) {
+  const std::filesystem::path path = recording.root / file;
+  std::error_code ignored;
+  if (file.empty() || !std::filesystem::exists(path, ignored)) {
+    throw Unusable{file.empty() ? fmt::format("{} image missing", what) : fmt::format("{} image missing: {}", what, file)};
+  }
+  try {
+    return read(path);
+  } catch (const Error&) {
+    throw Unusable{fmt::format("{} image unreadable: {}", what, file)};
+  }
+}
+
+Image<float> read_depth(const FileRecording& recording, const FileFrame& frame) {
+  return read_image(recording, frame.depth, "depth", [&](const std::filesystem::path& path) {
+    const bool is_float = path.extension() == ".tiff" || path.extension() == ".tif";
+    return is_float ? to_metres(read_gray_float(path), recording.calibration)
+                    : to_metres(read_gray16(path), recording.calibration);
+  });
+}
+
+Image<Rgb> read_color(const FileRecording& recording, const FileFrame& frame) {
+  return read_image(recording, frame.color, "colour", [](const std::filesystem::path& path) { return read_rgb(path); });
+}
+
+Eigen::Matrix4d read_pose(const FileRecording& recording, const FileFrame& frame) {
+  if (frame.pose) return *frame.pose;
+  const std::filesystem::path path = recording.root / frame.pose_file;
+  std::error_code ignored;
+  if (frame.pose_file.empty() || !std::filesystem::exists(path, ignored)) throw Unusable{"pose missing"};
+  try {
+    if (const auto matrix = to_matrix(read_numbers(path))) return *matrix;
+  } catch (const Error&) {  // the same to the user as a wrong count of numbers
+  }
+  throw Unusable{fmt::format("pose unreadable: {} is not a 4x4 matrix", frame.pose_file)};
+}
+
+// The size of the first readable image of one kind.
+template <typename Read>
+ImageSize first_size(const FileRecording& recording, const Read& read) {
+  std::string first_reason = "there are no frames";
+  for (const FileFrame& frame : recording.frames) {
+    try {
+      const auto image = read(recording, frame);
+      return {image.width(), image.height()};
+    } catch (const Unusable& e) {
+      if (&frame == &recording.frames.front()) first_reason = e.reason;
+    }
+  }
+  throw Error(
+      fmt::format("{}: {} recording without one usable pair of images (first frame: {}); check that it was unpacked whole",
+                  recording.root.string(), recording.format, first_reason));
+}
+
+}  // namespace
+
+std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& depth, const NumberedFiles& poses) {
+  std::map<std::int64_t, FileFrame> frames;
+  for (const auto& [number, path] : color) frames[number].color = path;
+  for (const auto& [number, path] : depth) frames[number].depth = path;
+  std::vector<FileFrame> result;
+  result.reserve(frames.size());
+  for (auto& [number, frame] : frames) {
+    frame.number = number;
+    frame.time_s = static_cast<double>(number) / kAssumedRate_hz;
+    const auto pose = poses.find(number);
+    if (pose != poses.end()) frame.pose_file = pose->second;
+    result.push_back(std::move(frame));
+  }
+  return result;
+}
+
+FileDataset::FileDataset(FileRecording recording) : recording_(std::move(recording)) {
+  const ImageSize depth = first_size(recording_, read_depth);
+  const ImageSize color = first_size(recording_, read_color);
+  recording_.calibration = fitted(recording_.calibration, depth, color, recording_.root.string());
+}
+
+std::string FileDataset::description() const {
+  const Camera& depth = recording_.calibration.depth;
+  const Camera& color = *recording_.calibration.color;
+  return fmt::format("{}, {} frames, depth {}x{}, colour {}x{}", recording_.format, size(), depth.width, depth.height,
+                     color.width, color.height);
+}
+
+ReadResult FileDataset::read(std::size_t position) const {
+  PANOPTIC_ASSERT(position < size());
+  const FileFrame& frame = recording_.frames[position];
+  if (!frame.problem.empty()) return skipped(frame.number, frame.problem);
+  try {
+    RawFrame raw{frame.number, frame.time_s, read_pose(recording_, frame), {}, {}};
+    if (auto reason = why_unusable_pose(raw.pose)) return skipped(frame.number, *reason);  // before the costly decoding
+    raw.depth = read_depth(recording_, frame);
+    raw.color = read_color(recording_, frame);
+    return finish(std::move(raw), recording_.calibration);
+  } catch (const Unusable& e) {
+    return skipped(frame.number, e.reason);
+  }
+}
+
+}  // namespace panoptic

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Recordings that keep one file per image. All folder formats reduce to one passive struct, which one class reads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/io/calibration.h"
+#include "panoptic/io/dataset.h"
+#include "panoptic/io/dataset_text.h"
+
+namespace panoptic {
+
+// One position of the sequence. Paths are relative to the recording; empty = there is no such file.
+struct FileFrame {
+  std::int64_t number = 0;
+  double time_s = 0;
+  std::string color;
+  std::string depth;
+  std::string pose_file;                // a 4x4 matrix in a file of its own,
+  std::optional<Eigen::Matrix4d> pose;  // or one that is known already
+  std::string problem;                  // why the frame cannot be used, if that is known already
+};
+
+struct FileRecording {
+  std::string format;
+  std::filesystem::path root;
+  std::vector<FileFrame> frames;
+  Calibration calibration;
+};
+
+// One position for every number that has a colour or a depth image, in numeric order. Frames are taken to be 1/30 s apart.
+std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& depth, const NumberedFiles& poses);
+
+class FileDataset : public Dataset {
+ public:
+  // Reads images until it has seen one of each kind, for their sizes. Throws Error if none is readable or the calibration
+  // does not fit them.
+  explicit FileDataset(FileRecording recording);
+
+  std::string description() const override;
+  std::size_t size() const override { return recording_.frames.size(); }
+  ReadResult read(std::size_t position) const override;
+
+ private:
+  FileRecording recording_;  // its calibration is fitted to the image sizes
+};
+
+}  // namespace panoptic

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One function per folder format: nothing if the folder is not of this format, Error if it is but cannot be used. Folders
+// are given absolute and without a trailing slash, since some formats keep a file in the folder above.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "panoptic/io/dataset_files.h"
+
+namespace panoptic {
+
+std::optional<FileRecording> recognise_scannet_export(const std::filesystem::path& folder);      // the Python exporter's
+std::optional<FileRecording> recognise_scannet_cpp_export(const std::filesystem::path& folder);  // also 3RScan
+std::optional<FileRecording> recognise_seven_scenes(const std::filesystem::path& folder);        // also 3DMatch
+std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder);                 // also ICL-NUIM
+std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);             // NICE-SLAM layout
+std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder);
+
+}  // namespace panoptic

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/io/dataset_frame.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+namespace panoptic {
+namespace {
+
+constexpr double kRotationTolerance = 0.05;
+
+template <typename T>
+std::optional<std::string> why_wrong_size(const Image<T>& image, const Camera& camera, std::string_view what) {
+  if (image.same_size(camera.width, camera.height)) return std::nullopt;
+  return fmt::format("{} is {}x{}, expected {}x{}", what, image.width(), image.height(), camera.width, camera.height);
+}
+
+bool is_invalid(double raw, const std::vector<double>& invalid) {
+  return !(raw > 0) || std::find(invalid.begin(), invalid.end(), raw) != invalid.end();
+}
+
+}  // namespace
+
+ReadResult skipped(std::int64_t number, std::string reason) { return {std::nullopt, {number, std::move(reason)}}; }
+
+std::optional<std::string> why_unusable_pose(const Eigen::Matrix4d& pose) {
+  if (!pose.allFinite()) return "pose is not finite";
+  const Eigen::Matrix3d linear = pose.topLeftCorner<3, 3>();
+  const Vec3d stretch = Eigen::JacobiSVD<Eigen::Matrix3d>(linear).singularValues();
+  const double last_row = (pose.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff();
+  const bool near_rotation = (stretch.array() - 1).abs().maxCoeff() <= kRotationTolerance && linear.determinant() > 0;
+  if (!near_rotation || last_row > kRotationTolerance) return "pose is not a rigid transform";
+  return std::nullopt;
+}
+
+Image<float> to_metres(const Image<std::uint16_t>& raw, const Calibration& calibration) {
+  Image<float> depth(raw.width(), raw.height());
+  const auto metres_per_unit = static_cast<float>(1 / calibration.depth_scale);
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    depth[i] = is_invalid(raw[i], calibration.invalid) ? 0.0F : static_cast<float>(raw[i]) * metres_per_unit;
+  }
+  return depth;
+}
+
+Image<float> to_metres(Image<float> raw, const Calibration& calibration) {
+  const auto metres_per_unit = static_cast<float>(1 / calibration.depth_scale);
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const float value = raw[i];
+    raw[i] = is_invalid(value, calibration.invalid) || !std::isfinite(value) ? 0.0F : value * metres_per_unit;
+  }
+  return raw;
+}
+
+ReadResult finish(RawFrame raw, const Calibration& calibration) {
+  const Camera color_camera = calibration.color.value_or(calibration.depth);
+  if (auto reason = why_unusable_pose(raw.pose)) return skipped(raw.number, *reason);
+  if (auto reason = why_wrong_size(raw.depth, calibration.depth, "depth image")) return skipped(raw.number, *reason);
+  if (auto reason = why_wrong_size(raw.color, color_camera, "colour image")) return skipped(raw.number, *reason);
+  Frame frame;
+  frame.index = raw.number;
+  frame.time_s = raw.time_s;
+  frame.depth_camera = calibration.depth;
+  frame.color_camera = color_camera;
+  frame.color_from_depth = calibration.color_from_depth;
+  frame.world_from_camera = rigid(raw.pose) * calibration.posed_from_depth;
+  frame.depth = std::move(raw.depth);
+  frame.color = std::move(raw.color);
+  return {std::move(frame), {}};
+}
+
+}  // namespace panoptic

@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The two exporters that come with ScanNet.
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+#include "panoptic/base/error.h"
+#include "panoptic/io/dataset_formats.h"
+#include "panoptic/io/dataset_frame.h"
+
+namespace panoptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::string_view, 2> kColorSuffixes = {".jpg", ".png"};
+constexpr std::array<std::string_view, 1> kDepthSuffixes = {".png"};
+constexpr std::array<std::string_view, 1> kPoseSuffixes = {".txt"};
+
+// The exporter can shrink the images while the intrinsic files keep the values of the sensor's size, which is written nowhere.
+// The principal point lies near the middle of the image that it belongs to: that tells which of the sensor sizes it is.
+void name_sensor_size(Camera& camera) {
+  constexpr std::array<ImageSize, 2> kSensorSizes = {{{1296, 968}, {640, 480}}};
+  constexpr double kTolerance = 0.1;
+  for (const ImageSize size : kSensorSizes) {
+    const bool near_middle = std::abs((2 * camera.cx + 1) / size.width - 1) < kTolerance &&
+                             std::abs((2 * camera.cy + 1) / size.height - 1) < kTolerance;
+    if (!near_middle) continue;
+    camera.width = size.width;
+    camera.height = size.height;
+    return;
+  }
+}
+
+Pose to_extrinsic(std::span<const double> numbers, const std::string& source) {
+  const auto matrix = to_matrix(numbers);
+  if (!matrix) throw Error(fmt::format("{}: {} numbers, expected a 4x4 matrix", source, numbers.size()));
+  if (const auto reason = why_unusable_pose(*matrix)) throw Error(fmt::format("{}: {}", source, *reason));
+  return rigid(*matrix);
+}
+
+void place_cameras(Calibration& calibration, const Pose& common_from_color, const Pose& common_from_depth) {
+  calibration.posed_from_depth = common_from_depth;
+  calibration.color_from_depth = common_from_color.inverse() * common_from_depth;
+}
+
+Calibration python_calibration(const fs::path& root) {
+  Calibration calibration;
+  const fs::path folder = root / "intrinsic";
+  if (fs::exists(folder / "intrinsic_depth.txt")) {
+    calibration.depth = read_camera_matrix(folder / "intrinsic_depth.txt");
+    name_sensor_size(calibration.depth);
+    if (fs::exists(folder / "intrinsic_color.txt")) {
+      calibration.color = read_camera_matrix(folder / "intrinsic_color.txt");
+      name_sensor_size(*calibration.color);
+    }
+    const auto extrinsic = [&](const char* name) {
+      const fs::path path = folder / name;
+      return fs::exists(path) ? to_extrinsic(read_numbers(path), path.string()) : Pose::Identity();
+    };
+    place_cameras(calibration, extrinsic("extrinsic_color.txt"), extrinsic("extrinsic_depth.txt"));
+  } else if (fs::exists(root / "intrinsic.txt")) {
+    calibration.depth = read_camera_matrix(root / "intrinsic.txt");
+    name_sensor_size(calibration.depth);
+  }
+  return calibration;
+}
+
+// "key = value words" of _info.txt.
+std::map<std::string, std::vector<std::string>> read_info(const fs::path& path) {
+  std::map<std::string, std::vector<std::string>> info;
+  for_each_line(path, [&](std::size_t, std::span<const std::string_view> words) {
+    if (words.size() > 2 && words[1] == "=") info[std::string(words[0])] = {words.begin() + 2, words.end()};
+  });
+  return info;
+}
+
+class InfoFile {
+ public:
+  explicit InfoFile(const fs::path& path) : path_(path.string()), values_(read_info(path)) {}
+
+  std::vector<double> numbers(const std::string& key, std::size_t count) const {
+    const auto found = values_.find(key);
+    if (found == values_.end()) throw Error(fmt::format("{}: the key '{}' is missing", path_, key));
+    const std::vector<std::string_view> words(found->second.begin(), found->second.end());
+    std::vector<double> numbers;
+    for (const std::string_view word : words) {
+      const std::optional<double> number = to_number(word);
+      if (!number) throw Error(fmt::format("{}: '{}' holds '{}', which is no number", path_, key, word));
+      numbers.push_back(*number);
+    }
+    if (numbers.size() != count)
+      throw Error(fmt::format("{}: '{}' has {} numbers, expected {}", path_, key, numbers.size(), count));
+    return numbers;
+  }
+  Camera camera(const std::string& kind) const {
+    Camera camera = to_camera(numbers("m_calibration" + kind + "Intrinsic", 16), path_);
+    camera.width = whole("m_" + lower(kind) + "Width");
+    camera.height = whole("m_" + lower(kind) + "Height");
+    return camera;
+  }
+  Pose extrinsic(const std::string& kind) const {
+    return to_extrinsic(numbers("m_calibration" + kind + "Extrinsic", 16), path_ + ": m_calibration" + kind + "Extrinsic");
+  }
+  double positive(const std::string& key) const {
+    const double value = numbers(key, 1).front();
+    if (!(value > 0) || !std::isfinite(value))
+      throw Error(fmt::format("{}: '{}' is {}, expected a positive number", path_, key, value));
+    return value;
+  }
+
+ private:
+  static std::string lower(std::string kind) {
+    kind.front() = static_cast<char>(kind.front() - 'A' + 'a');
+    return kind;
+  }
+  int whole(const std::string& key) const {
+    constexpr double kMaxSide_px = 65536;
+    const double value = positive(key);
+    if (value > kMaxSide_px || value != std::floor(value))
+      throw Error(fmt::format("{}: '{}' is {}, not an image size", path_, key, value));
+    return static_cast<int>(value);
+  }
+
+  std::string path_;
+  std::map<std::string, std::vector<std::string>> values_;
+};
+
+}  // namespace
+
+std::optional<FileRecording> recognise_scannet_export(const fs::path& folder) {
+  const fs::path root = fs::is_directory(folder / "frames" / "color") ? folder / "frames" : folder;
+  const std::string poses = fs::is_directory(root / "pose") ? "pose" : "poses";
+  const bool ours = fs::is_directory(root / "color") && fs::is_directory(root / "depth") && fs::is_directory(root / poses) &&
+                    !fs::exists(root / "K.txt");
+  if (!ours) return std::nullopt;
+  FileRecording recording{"ScanNet export", root, {}, python_calibration(root)};
+  recording.frames = joined(numbered_files(root, "color", "", kColorSuffixes), numbered_files(root, "depth", "", kDepthSuffixes),
+                            numbered_files(root, poses, "", kPoseSuffixes));
+  return recording;
+}
+
+std::optional<FileRecording> recognise_scannet_cpp_export(const fs::path& folder) {
+  constexpr std::array<std::string_view, 2> kColor = {".color.jpg", ".color.png"};
+  constexpr std::array<std::string_view, 1> kDepth = {".depth.pgm"};
+  constexpr std::array<std::string_view, 1> kPose = {".pose.txt"};
+  if (!fs::exists(folder / "_info.txt")) return std::nullopt;
+  const NumberedFiles depth = numbered_files(folder, "", "frame-", kDepth);
+  if (depth.empty()) return std::nullopt;
+  const InfoFile info(folder / "_info.txt");
+  FileRecording recording{"ScanNet C++ export", folder, {}, {}};
+  recording.calibration.depth = info.camera("Depth");
+  recording.calibration.color = info.camera("Color");
+  recording.calibration.depth_scale = info.positive("m_depthShift");
+  place_cameras(recording.calibration, info.extrinsic("Color"), info.extrinsic("Depth"));
+  recording.frames = joined(numbered_files(folder, "", "frame-", kColor), depth, numbered_files(folder, "", "frame-", kPose));
+  return recording;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/io/dataset_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
+
+namespace panoptic {
+namespace {
+
+constexpr std::string_view kSeparators = " \t\r,";
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> words;
+  std::size_t begin = line.find_first_not_of(kSeparators);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = std::min(line.find_first_of(kSeparators, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kSeparators, end);
+  }
+  return words;
+}
+
+// The digits between prefix and suffix as a number; nothing if the name has another form.
+std::optional<std::int64_t> number_in(std::string_view name, std::string_view prefix, std::string_view suffix) {
+  if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) return std::nullopt;
+  const std::string_view digits = name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
+  if (digits.front() == '-') return std::nullopt;
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (error != std::errc{} || end != digits.data() + digits.size()) return std::nullopt;
+  return number;
+}
+
+}  // namespace
+
+void for_each_line(const std::filesystem::path& path, const LineCallback& callback) {
+  const std::string text = read_file(path);
+  std::size_t begin = 0;
+  for (std::size_t line = 1; begin < text.size(); ++line) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::vector<std::string_view> words = split(std::string_view(text).substr(begin, end - begin));
+    if (!words.empty() && !words.front().starts_with('#')) callback(line, words);
+    begin = end + 1;
+  }
+}
+
+std::optional<double> to_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  const std::string_view rest = word.substr(static_cast<std::size_t>(end - word.data()));
+  if (error == std::errc::result_out_of_range) value = std::numeric_limits<double>::quiet_NaN();
+  if (error == std::errc::invalid_argument) return std::nullopt;
+  // Programs built with older Microsoft compilers print -1.#INF and 1.#QNAN.
+  if (rest == "#INF" || rest == "#IND" || rest == "#QNAN" || rest == "#J") return std::numeric_limits<double>::quiet_NaN();
+  return rest.empty() ? std::optional(value) : std::nullopt;
+}
+
+std::vector<double> to_numbers(std::span<const std::string_view> words, const std::filesystem::path& path, std::size_t line) {
+  std::vector<double> numbers;
+  numbers.reserve(words.size());
+  for (const std::string_view word : words) {
+    const std::optional<double> number = to_number(word);
+    if (!number) throw Error(fmt::format("{}:{}: expected a number, found '{}'", path.string(), line, word));
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+std::vector<double> read_numbers(const std::filesystem::path& path) {
+  std::vector<double> numbers;
+  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+    const std::vector<double> row = to_numbers(words, path, line);
+    numbers.insert(numbers.end(), row.begin(), row.end());
+  });
+  return numbers;
+}
+
+std::optional<Eigen::Matrix4d> to_matrix(std::span<const double> numbers) {
+  constexpr std::size_t kFull = 16;
+  constexpr std::size_t kWithoutLastRow = 12;
+  if (numbers.size() != kFull && numbers.size() != kWithoutLastRow) return std::nullopt;
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) = numbers[i];
+  return matrix;
+}
+
+std::vector<Eigen::Matrix4d> read_matrix_lines(const std::filesystem::path& path) {
+  std::vector<Eigen::Matrix4d> poses;
+  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+    const auto matrix = to_matrix(to_numbers(words, path, line));
+    if (!matrix)
+      throw Error(fmt::format("{}:{}: {} numbers, expected the 16 of a 4x4 matrix", path.string(), line, words.size()));
+    poses.push_back(*matrix);
+  });
+  return poses;
+}
+
+Camera to_camera(std::span<const double> matrix, const std::string& source) {
+  constexpr std::size_t kThreeByThree = 9;
+  const std::size_t columns = matrix.size() == kThreeByThree ? 3 : 4;
+  if (matrix.size() != kThreeByThree && !to_matrix(matrix)) {
+    throw Error(fmt::format("{}: {} numbers, expected a 3x3 or 4x4 intrinsic matrix", source, matrix.size()));
+  }
+  const Camera camera{0, 0, matrix[0], matrix[columns + 1], matrix[2], matrix[columns + 2]};
+  const bool usable = std::isfinite(camera.fx) && std::isfinite(camera.fy) && std::isfinite(camera.cx) &&
+                      std::isfinite(camera.cy) && camera.fx > 0 && camera.fy > 0;
+  if (!usable) {
+    throw Error(fmt::format("{}: focal lengths {} and {} are not usable; expected [fx 0 cx; 0 fy cy; 0 0 1] in pixels", source,
+                            camera.fx, camera.fy));
+  }
+  return camera;
+}
+
+Camera read_camera_matrix(const std::filesystem::path& path) { return to_camera(read_numbers(path), path.string()); }
+
+NumberedFiles numbered_files(const std::filesystem::path& root, const std::string& folder, std::string_view prefix,
+                             std::span<const std::string_view> suffixes) {
+  NumberedFiles files;
+  std::error_code error;
+  for (auto entry = std::filesystem::directory_iterator(root / folder, error);
+       !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    for (const std::string_view suffix : suffixes) {
+      const std::optional<std::int64_t> number = number_in(name, prefix, suffix);
+      if (!number) continue;
+      const std::string path = (std::filesystem::path(folder) / name).string();
+      const auto [at, added] = files.emplace(*number, path);
+      if (!added) at->second = std::min(at->second, path);  // 1.jpg beside 1.png: the same choice on every file system
+    }
+  }
+  return files;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// TUM RGB-D: three lists with time stamps that do not agree; and ICL-NUIM, which numbers its frames instead.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/io/dataset_formats.h"
+
+namespace panoptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMaxDifference_s = 0.02;   // between the images of a pair, and to the nearest pose
+constexpr double kMaxBracket_s = 0.1;       // poses are interpolated between neighbours that are this close
+constexpr std::size_t kMaxCandidates = 32;  // per depth image: 0.04 s at 800 Hz; bounds the work on a file of equal stamps
+
+struct StampedFile {
+  double time_s = 0;
+  std::string file;
+};
+
+struct StampedPose {
+  double time_s = 0;
+  Vec3d position = Vec3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+
+// Indices into the two lists; nothing = no partner.
+struct Pair {
+  std::optional<std::size_t> color;
+  std::optional<std::size_t> depth;
+};
+
+double to_time(std::string_view word, const fs::path& path, std::size_t line) {
+  const std::optional<double> time = to_number(word);
+  if (!time || !std::isfinite(*time))
+    throw Error(fmt::format("{}:{}: expected a time stamp, found '{}'", path.string(), line, word));
+  return *time;
+}
+
+template <typename T>
+void sort_by_time(std::vector<T>& list) {
+  std::stable_sort(list.begin(), list.end(), [](const T& a, const T& b) { return a.time_s < b.time_s; });
+}
+
+std::vector<StampedFile> read_file_list(const fs::path& path) {
+  std::vector<StampedFile> list;
+  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+    if (words.size() != 2)
+      throw Error(fmt::format("{}:{}: expected 'time file', found {} words", path.string(), line, words.size()));
+    list.push_back({to_time(words[0], path, line), std::string(words[1])});
+  });
+  sort_by_time(list);
+  return list;
+}
+
+std::vector<StampedPose> read_poses(const fs::path& path) {
+  constexpr std::size_t kColumns = 8;
+  std::vector<StampedPose> poses;
+  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+    if (words.size() != kColumns) {
+      throw Error(fmt::format("{}:{}: expected 'time tx ty tz qx qy qz qw', found {} words", path.string(), line, words.size()));
+    }
+    const double time_s = to_time(words[0], path, line);
+    const std::vector<double> n = to_numbers(words.subspan(1), path, line);
+    poses.push_back({time_s, {n[0], n[1], n[2]}, {n[6], n[3], n[4], n[5]}});
+  });
+  sort_by_time(poses);
+  return poses;
+}
+
+// The smallest time differences first; each image is used once.
+std::vector<Pair> associate(const std::vector<StampedFile>& color, const std::vector<StampedFile>& depth) {
+  struct Candidate {
+    double difference_s;
+    std::size_t color;
+    std::size_t depth;
+  };
+  std::vector<Candidate> candidates;
+  std::size_t first = 0;
+  for (std::size_t d = 0; d < depth.size(); ++d) {
+    while (first < color.size() && color[first].time_s < depth[d].time_s - kMaxDifference_s) ++first;
+    for (std::size_t c = first; c < std::min(color.size(), first + kMaxCandidates); ++c) {
+      const double difference_s = std::abs(color[c].time_s - depth[d].time_s);
+      if (difference_s <= kMaxDifference_s) candidates.push_back({difference_s, c, d});
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.difference_s < b.difference_s; });
+  std::vector<Pair> pairs;
+  std::vector<bool> color_used(color.size());
+  std::vector<bool> depth_used(depth.size());
+  for (const Candidate& candidate : candidates) {
+    if (color_used[candidate.color] || depth_used[candidate.depth]) continue;
+    color_used[candidate.color] = true;
+    depth_used[candidate.depth] = true;
+    pairs.push_back({candidate.color, candidate.depth});
+  }
+  for (std::size_t c = 0; c < color.size(); ++c) {
+    if (!color_used[c]) pairs.push_back({c, std::nullopt});
+  }
+  for (std::size_t d = 0; d < depth.size(); ++d) {
+    if (!depth_used[d]) pairs.push_back({std::nullopt, d});
+  }
+  return pairs;
+}
+
+Eigen::Matrix4d to_matrix4(const Vec3d& position, const Eigen::Quaterniond& rotation) {
+  constexpr double kMaxNormError = 0.05;
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topRightCorner<3, 1>() = position;
+  const double norm = rotation.norm();
+  // An unusable quaternion gives a zero rotation, which the reader rejects with the reason that belongs to it.
+  if (std::abs(norm - 1) > kMaxNormError) matrix.topLeftCorner<3, 3>().setZero();
+  if (std::abs(norm - 1) <= kMaxNormError) matrix.topLeftCorner<3, 3>() = rotation.normalized().toRotationMatrix();
+  if (!std::isfinite(norm)) matrix(0, 0) = norm;
+  return matrix;
+}
+
+std::optional<Eigen::Matrix4d> pose_at(const std::vector<StampedPose>& poses, double time_s) {
+  const auto after =
+      std::lower_bound(poses.begin(), poses.end(), time_s, [](const StampedPose& p, double t) { return p.time_s < t; });
+  if (after != poses.end() && after->time_s == time_s) return to_matrix4(after->position, after->rotation);
+  if (after != poses.end() && after != poses.begin()) {
+    const StampedPose& b = *after;
+    const StampedPose& a = *std::prev(after);
+    if (b.time_s - a.time_s < kMaxBracket_s) {
+      const double t = (time_s - a.time_s) / (b.time_s - a.time_s);
+      return to_matrix4((1 - t) * a.position + t * b.position, a.rotation.slerp(t, b.rotation));
+    }
+  }
+  const auto distance_s = [&](auto p) { return p == poses.end() ? HUGE_VAL : std::abs(p->time_s - time_s); };
+  const auto before = after == poses.begin() ? poses.end() : std::prev(after);
+  const auto nearest = distance_s(before) < distance_s(after) ? before : after;
+  if (distance_s(nearest) > kMaxDifference_s) return std::nullopt;
+  return to_matrix4(nearest->position, nearest->rotation);
+}
+
+// The constants that the authors of the set give for each of its three sensors, told by the name of the folder.
+Camera published_camera(const std::string& name) {
+  const auto is = [&](const char* a, const char* b) {
+    return name.find(a) != std::string::npos || name.find(b) != std::string::npos;
+  };
+  if (is("freiburg1", "fr1")) return {640, 480, 517.3, 516.5, 318.6, 255.3};
+  if (is("freiburg2", "fr2")) return {640, 480, 520.9, 521.0, 325.1, 249.7};
+  if (is("freiburg3", "fr3")) return {640, 480, 535.4, 539.2, 320.1, 247.6};
+  return {640, 480, 525, 525, 319.5, 239.5};
+}
+
+struct ImageLists {
+  std::vector<StampedFile> color;
+  std::vector<StampedFile> depth;
+  std::vector<Pair> pairs;
+};
+
+ImageLists read_separate_lists(const fs::path& folder) {
+  ImageLists lists{read_file_list(folder / "rgb.txt"), read_file_list(folder / "depth.txt"), {}};
+  lists.pairs = associate(lists.color, lists.depth);
+  return lists;
+}
+
+// 'time file time file', with colour or depth first: the folder names tell.
+ImageLists read_associations(const fs::path& path) {
+  constexpr std::size_t kColumns = 4;
+  ImageLists lists;
+  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+    if (words.size() != kColumns) throw Error(fmt::format("{}:{}: expected 'time file time file'", path.string(), line));
+    const bool depth_first = words[1].find("depth") != std::string_view::npos;
+    const std::size_t d = depth_first ? 0 : 2;
+    const std::size_t c = depth_first ? 2 : 0;
+    lists.pairs.push_back({lists.color.size(), lists.depth.size()});
+    lists.color.push_back({to_time(words[c], path, line), std::string(words[c + 1])});
+    lists.depth.push_back({to_time(words[d], path, line), std::string(words[d + 1])});
+  });
+  return lists;
+}
+
+std::vector<FileFrame> frames_of(const ImageLists& lists, const std::vector<StampedPose>& poses) {
+  std::vector<FileFrame> frames;
+  for (const Pair& pair : lists.pairs) {
+    FileFrame frame;
+    frame.time_s = pair.depth ? lists.depth[*pair.depth].time_s : lists.color[*pair.color].time_s;
+    if (pair.color) frame.color = lists.color[*pair.color].file;
+    if (pair.depth) frame.depth = lists.depth[*pair.depth].file;
+    frame.pose = pose_at(poses, frame.time_s);
+    if (!pair.depth) frame.problem = fmt::format("no depth image within {} s", kMaxDifference_s);
+    if (!pair.color) frame.problem = fmt::format("no colour image within {} s", kMaxDifference_s);
+    if (frame.problem.empty() && !frame.pose) frame.problem = fmt::format("no pose within {} s", kMaxDifference_s);
+    frames.push_back(std::move(frame));
+  }
+  sort_by_time(frames);
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].number = static_cast<std::int64_t>(i);
+  return frames;
+}
+
+// ICL-NUIM renders with y up (its fy is negative). Turning y round in the camera and in the world makes it a usual camera.
+void turn_y_round(std::vector<FileFrame>& frames) {
+  const Eigen::Matrix4d flip = Eigen::Vector4d(1, -1, 1, 1).asDiagonal();
+  for (FileFrame& frame : frames) {
+    if (frame.pose) frame.pose = flip * *frame.pose * flip;
+  }
+}
+
+std::optional<fs::path> icl_trajectory(const fs::path& folder) {
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    if (entry->path().filename().string().ends_with(".gt.freiburg")) return entry->path();
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<FileRecording> recognise_tum(const fs::path& folder) {
+  const bool separate = fs::exists(folder / "rgb.txt") && fs::exists(folder / "depth.txt");
+  const bool associated = !separate && fs::exists(folder / "associations.txt");
+  if (!separate && !associated) return std::nullopt;
+  const std::optional<fs::path> icl = icl_trajectory(folder);
+  const fs::path trajectory = icl.value_or(folder / "groundtruth.txt");
+  if (!fs::exists(trajectory)) {
+    throw Error(
+        fmt::format("{}: TUM RGB-D recording without groundtruth.txt; the map needs poses, put a trajectory there "
+                    "('time tx ty tz qx qy qz qw' a line)",
+                    folder.string()));
+  }
+  FileRecording recording{icl ? "ICL-NUIM" : "TUM RGB-D", folder, {}, {}};
+  recording.calibration.depth_scale = 5000;
+  recording.calibration.depth = icl ? Camera{640, 480, 481.2, 480, 319.5, 239.5} : published_camera(folder.filename().string());
+  const ImageLists lists = separate ? read_separate_lists(folder) : read_associations(folder / "associations.txt");
+  recording.frames = frames_of(lists, read_poses(trajectory));
+  if (icl) turn_y_round(recording.frames);
+  return recording;
+}
+
+}  // namespace panoptic

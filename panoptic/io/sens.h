@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// ScanNet's .sens stream, version 4.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "panoptic/io/dataset.h"
+
+namespace panoptic {
+
+class SensDataset : public Dataset {
+ public:
+  // Walks over the frame headers without reading images and checks every size against the file's. Throws Error for a file
+  // that is cut off, lies about its sizes, or uses a compression that cannot be read.
+  explicit SensDataset(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
+  ~SensDataset() override;
+
+  std::string description() const override;
+  std::size_t size() const override;
+  ReadResult read(std::size_t position) const override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace panoptic
