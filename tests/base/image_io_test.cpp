@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/base/image_io.h"
+
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "panoptic/base/files.h"
+#include "tests/expect_error.h"
+#include "tests/temp_folder.h"
+
+namespace panoptic {
+namespace {
+
+using test::error_of;
+using test::TempFolder;
+using testing::HasSubstr;
+
+Image<Rgb> noise_rgb(int width, int height) {
+  std::mt19937 random(7);
+  Image<Rgb> image(width, height);
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    image[i] = {static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random())};
+  }
+  return image;
+}
+
+std::vector<std::uint8_t> bytes_of(const std::string& text) { return {text.begin(), text.end()}; }
+
+// The smallest picture that shows every part of the format: a 16 x 8 baseline JPEG of one grey, its tables and its scan
+// written out by hand (one DC code of length 1, one AC code for "end of block").
+std::vector<std::uint8_t> grey_jpeg() {
+  std::vector<std::uint8_t> jpeg = {0xFF, 0xD8, 0xFF, 0xDB, 0x00, 0x43, 0x00};
+  jpeg.insert(jpeg.end(), 64, 1);                                                                   // quantisation: all ones
+  const std::vector<std::uint8_t> frame = {0xFF, 0xC0, 0x00, 0x0B, 8, 0, 8, 0, 16, 1, 1, 0x11, 0};  // 8 rows, 16 columns
+  jpeg.insert(jpeg.end(), frame.begin(), frame.end());
+  for (const std::uint8_t table : {std::uint8_t{0x00}, std::uint8_t{0x10}}) {  // one code of one bit, for the value 0
+    const std::vector<std::uint8_t> head = {0xFF, 0xC4, 0x00, 0x14, table, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    jpeg.insert(jpeg.end(), head.begin(), head.end());
+  }
+  const std::vector<std::uint8_t> scan = {0xFF, 0xDA, 0x00, 0x08, 1, 1, 0x00, 0, 63, 0, 0x0F, 0xFF, 0xD9};
+  jpeg.insert(jpeg.end(), scan.begin(), scan.end());
+  return jpeg;
+}
+
+TEST(ImageIo, ColourSurvivesThePngRoundTrip) {
+  const TempFolder folder;
+  const Image<Rgb> image = noise_rgb(37, 23);
+  write_png(folder / "image.png", image);
+  EXPECT_EQ(read_rgb(folder / "image.png"), image);
+}
+
+TEST(ImageIo, SixteenBitsSurviveThePngRoundTrip) {
+  const TempFolder folder;
+  Image<std::uint16_t> image(256, 256);
+  for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<std::uint16_t>(i);  // every value there is
+  write_png(folder / "depth.png", image);
+  EXPECT_EQ(read_gray16(folder / "depth.png"), image);
+}
+
+TEST(ImageIo, EightBitGreyKeepsItsValues) {
+  const std::string pgm = std::string("P5\n3 1\n255\n") + '\x00' + '\x7f' + '\xff';
+  const Image<std::uint16_t> image = decode_gray16(bytes_of(pgm), "image.pgm");
+  EXPECT_EQ(image, Image<std::uint16_t>(3, 1, {0, 127, 255}));
+}
+
+TEST(ImageIo, GreyBecomesColour) {
+  const std::string pgm = std::string("P5\n1 1\n255\n") + '\x7f';
+  EXPECT_EQ(decode_rgb(bytes_of(pgm), "image.pgm"), (Image<Rgb>(1, 1, Rgb{127, 127, 127})));
+}
+
+TEST(ImageIo, ReadsAJpeg) { EXPECT_EQ(decode_rgb(grey_jpeg(), "grey.jpg"), (Image<Rgb>(16, 8, Rgb{128, 128, 128}))); }
+
+TEST(ImageIo, RefusesAJpegCutOffAnywhere) {
+  const std::vector<std::uint8_t> whole = grey_jpeg();
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    EXPECT_THAT(error_of([&] {
+                  decode_rgb({whole.data(), size}, "cut.jpg");
+                }),
+                HasSubstr("cut.jpg: not a readable image"))
+        << size;
+  }
+}
+
+TEST(ImageIo, TakesAJpegWithBytesAfterItsEnd) {
+  std::vector<std::uint8_t> padded = grey_jpeg();
+  padded.insert(padded.end(), 100, 0);
+  EXPECT_EQ(decode_rgb(padded, "padded.jpg").width(), 16);
+}
+
+TEST(ImageIo, RefusesAPngCutOffAnywhere) {
+  const TempFolder folder;
+  write_png(folder / "image.png", noise_rgb(9, 7));
+  const std::string whole = read_file(folder / "image.png");
+  constexpr std::size_t kEndChunk = 12;  // IEND carries no pixels: a file that lacks only it is whole to every reader
+  for (std::size_t size = 0; size < whole.size() - kEndChunk; ++size) {
+    write_file(folder / "cut.png", std::string_view(whole).substr(0, size));
+    EXPECT_THAT(error_of([&] { read_rgb(folder / "cut.png"); }), HasSubstr("cut.png: not a readable image")) << size;
+  }
+}
+
+TEST(ImageIo, RefusesASixteenBitPngCutOffInTheMiddle) {
+  const TempFolder folder;
+  Image<std::uint16_t> image(64, 64);
+  std::mt19937 random(3);
+  for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<std::uint16_t>(random());
+  write_png(folder / "depth.png", image);
+  const std::string whole = read_file(folder / "depth.png");
+  write_file(folder / "cut.png", std::string_view(whole).substr(0, whole.size() / 2));
+  EXPECT_THAT(error_of([&] { read_gray16(folder / "cut.png"); }), HasSubstr("cut.png: not a readable image"));
+}
+
+TEST(ImageIo, RefusesEmptyAndForeignFiles) {
+  const TempFolder folder;
+  write_file(folder / "empty.png", "");
+  write_file(folder / "text.png", "this is no picture");
+  EXPECT_THAT(error_of([&] { read_rgb(folder / "empty.png"); }), HasSubstr("empty.png: not a readable image"));
+  EXPECT_THAT(error_of([&] { read_gray16(folder / "text.png"); }), HasSubstr("text.png: not a readable image"));
+  EXPECT_THAT(error_of([&] { read_rgb(folder / "absent.png"); }), HasSubstr("absent.png: No such file"));
+  EXPECT_THAT(error_of([] { decode_rgb({}, "nothing"); }), HasSubstr("nothing: not a readable image"));
+}
+
+TEST(ImageIo, RefusesAHeaderThatLiesAboutTheSize) {
+  const TempFolder folder;
+  write_png(folder / "image.png", noise_rgb(4, 4));
+  std::vector<std::uint8_t> png = bytes_of(read_file(folder / "image.png"));
+  png[18] = 0x7F;  // width 32516: times height 32516, above the limit
+  png[22] = 0x7F;
+  EXPECT_THAT(error_of([&] { decode_rgb(png, "lying.png"); }), HasSubstr("lying.png: not a readable image"));
+  std::vector<std::uint8_t> jpeg = grey_jpeg();
+  constexpr std::size_t kHeight = 71 + 5;
+  ASSERT_EQ(jpeg[kHeight + 1], 8);
+  jpeg[kHeight] = 0xFF;
+  jpeg[kHeight + 2] = 0xFF;
+  EXPECT_THAT(error_of([&] { decode_rgb(jpeg, "lying.jpg"); }), HasSubstr("lying.jpg: not a readable image"));
+}
+
+TEST(ImageIo, SurvivesAnyFlippedByte) {
+  const TempFolder folder;
+  write_png(folder / "image.png", noise_rgb(5, 5));
+  for (const std::vector<std::uint8_t>& whole : {bytes_of(read_file(folder / "image.png")), grey_jpeg()}) {
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      for (const int flip : {1, 0x80, 0xFF}) {
+        std::vector<std::uint8_t> bytes = whole;
+        bytes[i] = static_cast<std::uint8_t>(bytes[i] ^ flip);
+        try {
+          const Image<Rgb> image = decode_rgb(bytes, "flipped");
+          EXPECT_EQ(image.size(), static_cast<std::size_t>(image.width()) * image.height());
+        } catch (const Error& error) {
+          EXPECT_THAT(error.what(), HasSubstr("flipped"));
+        }
+      }
+    }
+  }
+}
+
+TEST(ImageIo, RefusesColourWhereDepthIsExpected) {
+  const TempFolder folder;
+  write_png(folder / "image.png", noise_rgb(3, 3));
+  EXPECT_THAT(error_of([&] { read_gray16(folder / "image.png"); }), HasSubstr("expected one channel of 16 or 8 bits, found 3"));
+  EXPECT_THAT(error_of([&] { read_gray_float(folder / "image.png"); }), HasSubstr("expected one channel of 32-bit floats"));
+}
+
+TEST(ImageIo, RefusesToWriteAnEmptyImage) {
+  const TempFolder folder;
+  EXPECT_THAT(error_of([&] { write_png(folder / "none.png", Image<Rgb>()); }), HasSubstr("none.png"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(ImageIo, AnUnwritablePlaceIsAnErrorThatNamesIt) {
+  EXPECT_THAT(error_of([] { write_png("/nowhere/image.png", Image<Rgb>(2, 2)); }), HasSubstr("/nowhere/image.png"));
+}
+
+}  // namespace
+}  // namespace panoptic

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/base/json.h"
+
+#include <gmock/gmock.h>
+
+#include "panoptic/base/files.h"
+#include "tests/expect_error.h"
+#include "tests/temp_folder.h"
+
+namespace panoptic {
+namespace {
+
+using test::error_of;
+using test::TempFolder;
+using testing::HasSubstr;
+
+TEST(Json, SurvivesTheRoundTripInItsOrder) {
+  const TempFolder folder;
+  const Json json = {{"z", 1}, {"a", {1.5, "text", nullptr}}, {"m", {{"deep", true}}}};
+  write_json_file(folder / "file.json", json);
+  const Json read = read_json_file(folder / "file.json");
+  EXPECT_EQ(read, json);
+  EXPECT_EQ(read.begin().key(), "z");
+}
+
+TEST(Json, TextThatIsNotUtf8IsReplacedAndNotFatal) {
+  const TempFolder folder;
+  write_json_file(folder / "file.json", Json{{"name", "a\xff"}});
+  EXPECT_EQ(read_json_file(folder / "file.json")["name"], "a\xef\xbf\xbd");
+}
+
+TEST(Json, BrokenFilesAreErrorsWithNameAndPlace) {
+  const TempFolder folder;
+  write_file(folder / "cut.json", R"({"a": [1, 2)");
+  EXPECT_THAT(error_of([&] { read_json_file(folder / "cut.json"); }), HasSubstr("cut.json: not valid JSON near byte"));
+  write_file(folder / "empty.json", "");
+  EXPECT_THAT(error_of([&] { read_json_file(folder / "empty.json"); }), HasSubstr("empty.json"));
+  EXPECT_THAT(error_of([&] { read_json_file(folder / "absent.json"); }), HasSubstr("absent.json"));
+}
+
+TEST(Json, LargeAndDeepFilesAreErrors) {
+  const TempFolder folder;
+  write_file(folder / "large.json", std::string(1000, ' '));
+  EXPECT_THAT(error_of([&] { read_json_file(folder / "large.json", 999); }), HasSubstr("more than the limit"));
+  write_file(folder / "deep.json", std::string(1000000, '['));
+  EXPECT_THAT(error_of([&] { read_json_file(folder / "deep.json"); }), HasSubstr("deep.json"));
+  std::string closed(1000000, '[');
+  write_file(folder / "closed.json", closed + std::string(1000000, ']'));
+  EXPECT_NO_THROW(read_json_file(folder / "closed.json"));  // depth is not a stack overflow either
+}
+
+}  // namespace
+}  // namespace panoptic
