@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/data/frame.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+namespace panoptic {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr float kNaN32 = std::numeric_limits<float>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Frame good_frame() {
+  Frame frame;
+  frame.depth_camera = {4, 3, 5, 5, 1.5, 1};
+  frame.color_camera = {8, 6, 9, 9, 3.5, 2.5};  // colour may differ in size
+  frame.depth = Image<float>(4, 3);
+  frame.depth(2, 1) = 1.5F;  // one reading is enough
+  frame.color = Image<Rgb>(8, 6);
+  return frame;
+}
+
+std::string reason_after(const std::function<void(Frame&)>& harm) {
+  Frame frame = good_frame();
+  harm(frame);
+  return why_unusable(frame).value_or("usable");
+}
+
+TEST(WhyUnusable, AcceptsAGoodFrame) { EXPECT_EQ(why_unusable(good_frame()), std::nullopt); }
+
+TEST(WhyUnusable, NamesAPoseThatIsNotFiniteInAnyElement) {
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        EXPECT_EQ(reason_after([&](Frame& f) { f.world_from_camera.matrix()(row, column) = bad; }), "pose is not finite");
+      }
+    }
+  }
+}
+
+TEST(WhyUnusable, NamesPosesThatAreNotRigid) {
+  EXPECT_EQ(reason_after([](Frame& f) { f.world_from_camera.linear() *= 1.1; }), "pose is not a rigid transform");
+  EXPECT_EQ(reason_after([](Frame& f) { f.world_from_camera.linear().setZero(); }), "pose is not a rigid transform");
+  EXPECT_EQ(reason_after([](Frame& f) { f.color_from_depth.linear() *= 2; }), "colour camera pose is not a rigid transform");
+  EXPECT_EQ(reason_after([](Frame& f) { f.color_from_depth.translation().x() = kNaN; }),
+            "colour camera pose is not a rigid transform");
+}
+
+TEST(WhyUnusable, NamesBadIntrinsics) {
+  const std::vector<std::function<void(Camera&)>> harms = {[](Camera& c) { c.fx = 0; },    [](Camera& c) { c.fy = -1; },
+                                                           [](Camera& c) { c.fx = kNaN; }, [](Camera& c) { c.fy = kInfinity; },
+                                                           [](Camera& c) { c.cx = kNaN; }, [](Camera& c) { c.cy = kInfinity; },
+                                                           [](Camera& c) { c.width = 0; }, [](Camera& c) { c.height = -3; }};
+  for (const auto& harm : harms) {
+    EXPECT_EQ(reason_after([&](Frame& f) { harm(f.depth_camera); }), "depth camera has no valid intrinsics");
+    EXPECT_EQ(reason_after([&](Frame& f) { harm(f.color_camera); }), "colour camera has no valid intrinsics");
+  }
+}
+
+TEST(WhyUnusable, NamesMissingImages) {
+  EXPECT_EQ(reason_after([](Frame& f) { f.depth = {}; }), "depth image is missing");
+  EXPECT_EQ(reason_after([](Frame& f) { f.color = {}; }), "colour image is missing");
+}
+
+TEST(WhyUnusable, NamesImagesOfTheWrongSize) {
+  EXPECT_EQ(reason_after([](Frame& f) { f.depth = Image<float>(3, 4, 1.0F); }), "depth image has the wrong size");
+  EXPECT_EQ(reason_after([](Frame& f) { f.depth = Image<float>(8, 6, 1.0F); }), "depth image has the wrong size");
+  EXPECT_EQ(reason_after([](Frame& f) { f.color = Image<Rgb>(4, 3); }), "colour image has the wrong size");
+}
+
+TEST(WhyUnusable, NamesADepthImageWithoutAnyReading) {
+  for (const float nothing : {0.0F, -1.0F, kNaN32, std::numeric_limits<float>::infinity()}) {
+    EXPECT_EQ(reason_after([&](Frame& f) { f.depth = Image<float>(4, 3, nothing); }), "depth image has no reading");
+  }
+}
+
+}  // namespace
+}  // namespace panoptic
