@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The frames that the doctor looks at.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/io/calibration.h"
+#include "panoptic/io/dataset.h"
+#include "panoptic/io/doctor_geometry.h"
+
+namespace panoptic {
+
+// What one frame of the sample tells.
+struct FrameFacts {
+  bool usable = false;
+  std::string reason;
+  bool rigid = false;
+  double median_m = 0;  // 0: no reading
+  Camera depth_camera;
+  Camera color_camera;
+};
+
+// A frame and the nearest later one that looks different, if there is one.
+struct PairFacts {
+  std::optional<ViewPair> pair;
+  std::optional<double> step_m;  // to the next frame
+};
+
+// Samples spread evenly over the dataset, decoded on several threads.
+std::vector<FrameFacts> examine_frames(const Dataset& dataset, std::size_t samples);
+std::vector<PairFacts> find_pairs(const Dataset& dataset, std::size_t samples);
+
+// The size that the principal point speaks of, if it is further than 20 % from the middle of the camera's own.
+std::optional<ImageSize> other_size(const Camera& camera);
+
+// The camera with intrinsics of another size scaled to the images: what the poses are judged with, so that one mistake is not
+// reported as three.
+Camera repaired(const Camera& camera);
+
+double median(std::vector<float> values);  // 0 without values
+
+}  // namespace panoptic
