@@ -10,6 +10,7 @@
 #include "panoptic/base/error.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/predict/decoders.h"
+#include "panoptic/predict/instance_mask.h"
 
 namespace panoptic {
 namespace {
@@ -27,16 +28,6 @@ struct Head {
   double stride_px = 0;  // of the network's input
 
   std::size_t cells() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-};
-
-// Edges in pixels of the colour image: pixel u covers [u, u + 1).
-struct Box {
-  double left = 0;
-  double top = 0;
-  double right = 0;
-  double bottom = 0;
-
-  double area() const { return std::max(0.0, right - left) * std::max(0.0, bottom - top); }
 };
 
 struct Candidate {
@@ -150,12 +141,6 @@ void collect(const Head& head, const DecodeContext& context, std::vector<Candida
   }
 }
 
-double overlap(const Box& a, const Box& b) {
-  const Box common{std::max(a.left, b.left), std::max(a.top, b.top), std::min(a.right, b.right), std::min(a.bottom, b.bottom)};
-  const double joint = a.area() + b.area() - common.area();
-  return joint > 0 ? common.area() / joint : 0;
-}
-
 // Non-maximum suppression within each class of the label set.
 std::vector<Candidate> suppress(std::vector<Candidate> candidates, const Thresholds& thresholds) {
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -164,7 +149,7 @@ std::vector<Candidate> suppress(std::vector<Candidate> candidates, const Thresho
   std::vector<Candidate> kept;
   for (const Candidate& candidate : candidates) {
     const bool covered = std::any_of(kept.begin(), kept.end(), [&](const Candidate& better) {
-      return better.class_id == candidate.class_id && overlap(better.box, candidate.box) > thresholds.nms_iou;
+      return better.class_id == candidate.class_id && intersection_over_union(better.box, candidate.box) > thresholds.nms_iou;
     });
     if (!covered) kept.push_back(candidate);
     if (kept.size() >= static_cast<std::size_t>(thresholds.max_instances)) break;
@@ -188,76 +173,36 @@ std::vector<ClassProbability> class_probabilities(const Candidate& candidate, co
   return probabilities;
 }
 
-// A window of the prototypes' grid.
-struct Window {
-  int x0 = 0;
-  int y0 = 0;
-  int width = 0;
-  int height = 0;
-};
-
 // sigmoid(coefficients . prototypes) within the window.
-std::vector<float> mask_scores(const Candidate& candidate, const Tensor& prototypes, const Window& window) {
+void fill_mask_scores(const Candidate& candidate, const Tensor& prototypes, ScoreWindow& window) {
   const auto stride = static_cast<std::size_t>(prototypes.shape[3]);
   const std::size_t plane = stride * static_cast<std::size_t>(prototypes.shape[2]);
   const auto width = static_cast<std::size_t>(window.width);
-  std::vector<float> scores(width * static_cast<std::size_t>(window.height), 0.0F);
+  const auto height = static_cast<std::size_t>(window.height);
+  const std::size_t corner = static_cast<std::size_t>(window.y0) * stride + static_cast<std::size_t>(window.x0);
+  window.scores.assign(width * height, 0.0F);
   for (std::size_t p = 0; p < static_cast<std::size_t>(prototypes.shape[1]); ++p) {
     const float coefficient = candidate.head->coefficients->values[p * candidate.head->cells() + candidate.cell];
-    for (std::size_t y = 0; y < static_cast<std::size_t>(window.height); ++y) {
-      const float* in =
-          &prototypes
-               .values[p * plane + (static_cast<std::size_t>(window.y0) + y) * stride + static_cast<std::size_t>(window.x0)];
-      float* out = &scores[y * width];
+    for (std::size_t y = 0; y < height; ++y) {
+      const float* in = prototypes.values.data() + p * plane + corner + y * stride;
+      float* out = window.scores.data() + y * width;
       for (std::size_t x = 0; x < width; ++x) out[x] += coefficient * in[x];
     }
   }
-  std::transform(scores.begin(), scores.end(), scores.begin(), sigmoid);
-  return scores;
-}
-
-// Where pixel i of the image lies on the prototypes' grid along one axis.
-double on_grid(int i, double cells_per_px, int cells) {
-  return std::clamp((i + 0.5) * cells_per_px - 0.5, 0.0, static_cast<double>(cells - 1));
+  std::transform(window.scores.begin(), window.scores.end(), window.scores.begin(), sigmoid);
 }
 
 Instance to_instance(const Candidate& candidate, const Tensor& prototypes, const DecodeContext& context) {
   const Placement& placement = context.placement;
-  const auto first = [](double edge) { return std::max(0, static_cast<int>(std::ceil(edge - 0.5))); };
-  const auto last = [](double edge, int size) { return std::min(size, static_cast<int>(std::ceil(edge - 0.5))); };
-  Instance instance{{candidate.class_id, candidate.score, {}}, first(candidate.box.left), first(candidate.box.top), {}};
-  const int width = last(candidate.box.right, placement.image_width) - instance.x0;
-  const int height = last(candidate.box.bottom, placement.image_height) - instance.y0;
-  if (width < 1 || height < 1) return instance;
-
-  const int grid_width = prototypes.shape[3];
-  const int grid_height = prototypes.shape[2];
-  const double per_px_x = placement.scale_x * grid_width / placement.input_width;
-  const double per_px_y = placement.scale_y * grid_height / placement.input_height;
-  const auto column = [&](int u) { return on_grid(instance.x0 + u, per_px_x, grid_width); };
-  const auto row = [&](int v) { return on_grid(instance.y0 + v, per_px_y, grid_height); };
-  Window window{static_cast<int>(column(0)), static_cast<int>(row(0)), 0, 0};
-  window.width = std::min(static_cast<int>(column(width - 1)) + 1, grid_width - 1) - window.x0 + 1;
-  window.height = std::min(static_cast<int>(row(height - 1)) + 1, grid_height - 1) - window.y0 + 1;
-  const std::vector<float> scores = mask_scores(candidate, prototypes, window);
-
-  instance.mask = Image<std::uint8_t>(width, height);
-  for (int v = 0; v < height; ++v) {
-    const double y = row(v) - window.y0;
-    const int y0 = static_cast<int>(y);
-    const auto share_y = static_cast<float>(y - y0);
-    const float* upper = &scores[static_cast<std::size_t>(y0) * static_cast<std::size_t>(window.width)];
-    const float* lower = y0 + 1 < window.height ? upper + window.width : upper;
-    for (int u = 0; u < width; ++u) {
-      const double x = column(u) - window.x0;
-      const int x0 = static_cast<int>(x);
-      const int x1 = std::min(x0 + 1, window.width - 1);
-      const auto share_x = static_cast<float>(x - x0);
-      const float above = upper[x0] + share_x * (upper[x1] - upper[x0]);
-      const float below = lower[x0] + share_x * (lower[x1] - lower[x0]);
-      instance.mask(u, v) = above + share_y * (below - above) > context.model.thresholds.mask ? 1 : 0;
-    }
-  }
+  const ScoreGrid grid{prototypes.shape[3], prototypes.shape[2], placement.scale_x * prototypes.shape[3] / placement.input_width,
+                       placement.scale_y * prototypes.shape[2] / placement.input_height};
+  const PixelRect rect = pixels_in(candidate.box, placement.image_width, placement.image_height);
+  Instance instance{
+      {candidate.class_id, candidate.score, class_probabilities(candidate, context.class_of)}, rect.x0, rect.y0, {}};
+  if (rect.width < 1 || rect.height < 1) return instance;
+  ScoreWindow window = window_around(rect, grid);
+  fill_mask_scores(candidate, prototypes, window);
+  instance.mask = draw_mask(rect, grid, window, context.model.thresholds.mask);
   return instance;
 }
 
@@ -270,10 +215,7 @@ std::vector<Instance> decode_yolo_seg(const std::vector<Tensor>& outputs, const 
   candidates = suppress(std::move(candidates), context.model.thresholds);
 
   std::vector<Instance> instances(candidates.size());
-  parallel_for(candidates.size(), [&](std::size_t i) {
-    instances[i] = to_instance(candidates[i], outputs.back(), context);
-    instances[i].segment.class_probabilities = class_probabilities(candidates[i], context.class_of);
-  });
+  parallel_for(candidates.size(), [&](std::size_t i) { instances[i] = to_instance(candidates[i], outputs.back(), context); });
   std::erase_if(instances, [&](const Instance& instance) {
     const auto pixels = instance.mask.pixels();
     return std::count(pixels.begin(), pixels.end(), 1) < context.model.thresholds.min_area_px;

@@ -22,7 +22,7 @@ Inference load_with_opencv(const std::filesystem::path& weights, int threads);
 Inference load_with_onnxruntime(const std::filesystem::path& weights, int threads);
 #endif
 
-// An engine's message as one line of bounded length, fit for an Error.
-std::string one_line(std::string_view message);
+// The beginning of an engine's message, which may be pages long, for the text of an Error.
+std::string shortened(std::string_view message);
 
 }  // namespace panoptic

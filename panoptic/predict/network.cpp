@@ -51,13 +51,9 @@ Engine engine_from(std::string_view name) {
   throw Error(fmt::format("there is no inference engine '{}': use auto, onnxruntime or opencv", name));
 }
 
-std::string one_line(std::string_view message) {
+std::string shortened(std::string_view message) {
   constexpr std::size_t kMaxLength = 300;
-  std::string line(message.substr(0, kMaxLength));
-  std::replace_if(
-      line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  line.erase(line.find_last_not_of(' ') + 1);
-  return line;
+  return std::string(message.substr(0, kMaxLength));
 }
 
 Network::Network(const std::filesystem::path& weights, Engine engine, int threads)

@@ -81,12 +81,12 @@ Inference load_with_onnxruntime(const std::filesystem::path& weights, int thread
       try {
         return network->run(input);
       } catch (const Ort::Exception& e) {
-        throw Error(fmt::format("{}: ONNX Runtime cannot run the network, does [input] fit it? {}", name, one_line(e.what())));
+        throw Error(fmt::format("{}: ONNX Runtime cannot run the network, does [input] fit it? {}", name, shortened(e.what())));
       }
     };
   } catch (const Ort::Exception& e) {
     throw Error(
-        fmt::format("{}: ONNX Runtime cannot load it, is it a whole ONNX file? {}", weights.string(), one_line(e.what())));
+        fmt::format("{}: ONNX Runtime cannot load it, is it a whole ONNX file? {}", weights.string(), shortened(e.what())));
   }
 }
 

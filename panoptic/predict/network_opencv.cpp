@@ -58,12 +58,12 @@ Inference load_with_opencv(const std::filesystem::path& weights, int threads) {
       try {
         return run(*net, outputs, input);
       } catch (const std::exception& e) {
-        throw Error(fmt::format("{}: OpenCV cannot run the network, does [input] fit it? {}", name, one_line(e.what())));
+        throw Error(fmt::format("{}: OpenCV cannot run the network, does [input] fit it? {}", name, shortened(e.what())));
       }
     };
   } catch (const cv::Exception& e) {
     throw Error(fmt::format("{}: OpenCV cannot load it, is it a whole ONNX file that OpenCV {} supports? {}", weights.string(),
-                            CV_VERSION, one_line(e.err)));
+                            CV_VERSION, shortened(e.err)));
   }
 }
 

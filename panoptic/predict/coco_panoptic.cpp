@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/predict/coco_panoptic.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+#include <set>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/image_io.h"
+#include "panoptic/predict/json_value.h"
+#include "panoptic/predict/prediction_io.h"
+
+namespace panoptic {
+namespace {
+
+constexpr std::uintmax_t kMaxJsonBytes = 512U << 20;
+constexpr std::int64_t kMaxId = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kMaxSegmentId = (1 << 24) - 1;
+constexpr std::int64_t kMaxClassId = 999;
+constexpr std::size_t kMaxSegments = 65535;  // Segmentation counts with 16 bits
+
+// The last run of digits in a file name without its extension.
+std::optional<std::int64_t> number_in(const std::string& file_name) {
+  constexpr std::size_t kMaxDigits = 18;
+  const std::string stem = std::filesystem::path(file_name).stem().string();
+  const std::size_t end = stem.find_last_of("0123456789");
+  if (end == std::string::npos) return std::nullopt;
+  const std::size_t before = stem.find_last_not_of("0123456789", end);
+  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  if (end - begin >= kMaxDigits) return std::nullopt;
+  return std::stoll(stem.substr(begin, end - begin + 1));
+}
+
+// Image id -> frame number.
+std::map<std::int64_t, std::int64_t> frame_numbers(const JsonValue& root) {
+  std::vector<std::int64_t> ids;
+  std::vector<std::optional<std::int64_t>> numbers;
+  std::set<std::int64_t> unique;
+  for (const JsonValue& image : root.at("images").elements()) {
+    ids.push_back(image.at("id").integer(0, kMaxId));
+    numbers.push_back(number_in(image.at("file_name").text()));
+    if (numbers.back()) unique.insert(*numbers.back());
+  }
+  const bool by_name = unique.size() == ids.size();
+  std::map<std::int64_t, std::int64_t> frames;
+  for (std::size_t i = 0; i < ids.size(); ++i) frames[ids[i]] = by_name ? *numbers[i] : static_cast<std::int64_t>(i);
+  return frames;
+}
+
+LabelSet labels_of(const JsonValue& root, const std::string& file) {
+  std::vector<LabelClass> classes;
+  for (const JsonValue& category : root.at("categories").elements()) {
+    LabelClass c;
+    c.id = static_cast<ClassId>(category.at("id").integer(1, kMaxClassId));
+    c.name = category.at("name").text();
+    c.is_thing = category.at("isthing").boolean();
+    const std::optional<JsonValue> color = category.find("color");
+    const std::vector<JsonValue> rgb = color ? color->elements() : std::vector<JsonValue>();
+    const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(rgb[i].integer(0, 255)); };
+    c.color = rgb.size() == 3 ? Rgb{channel(0), channel(1), channel(2)} : Rgb{128, 128, 128};
+    classes.push_back(std::move(c));
+  }
+  try {
+    return {"coco", std::move(classes)};
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", file, e.what()));
+  }
+}
+
+// Category id -> class of the label set.
+std::map<std::int64_t, ClassId> class_of_category(const JsonValue& root, const LabelSet& labels) {
+  std::map<std::int64_t, ClassId> classes;
+  for (const JsonValue& category : root.at("categories").elements()) {
+    const LabelClass* same = labels.find(category.at("name").text());
+    classes[category.at("id").integer(0, kMaxId)] = same != nullptr ? same->id : ClassId::kUnknown;
+  }
+  return classes;
+}
+
+CocoPanoptic::Picture to_picture(const JsonValue& annotation, const std::filesystem::path& folder,
+                                 const std::map<std::int64_t, ClassId>& classes) {
+  CocoPanoptic::Picture picture{folder / annotation.at("file_name").text(), {}};
+  for (const JsonValue& entry : annotation.at("segments_info").elements()) {
+    const auto category = classes.find(entry.at("category_id").integer(0, kMaxId));
+    if (category == classes.end()) entry.at("category_id").wrong("the id of a category");
+    const std::optional<JsonValue> score = entry.find("score");
+    picture.segments.push_back({static_cast<std::uint32_t>(entry.at("id").integer(1, kMaxSegmentId)), category->second,
+                                score ? static_cast<float>(score->number(0, 1)) : 1.0F});
+  }
+  auto& segments = picture.segments;
+  std::sort(segments.begin(), segments.end(), [](const CocoSegment& a, const CocoSegment& b) { return a.id < b.id; });
+  const auto twice =
+      std::adjacent_find(segments.begin(), segments.end(), [](const auto& a, const auto& b) { return a.id == b.id; });
+  if (twice != segments.end()) annotation.at("segments_info").wrong(fmt::format("without two segments of id {}", twice->id));
+  if (segments.size() > kMaxSegments) annotation.at("segments_info").wrong(fmt::format("at most {} segments", kMaxSegments));
+  return picture;
+}
+
+// The PNG files lie in the folder that is named like the JSON file, or beside it.
+std::filesystem::path picture_folder(const std::filesystem::path& json) {
+  const std::filesystem::path named = json.parent_path() / json.stem();
+  return std::filesystem::is_directory(named) ? named : json.parent_path();
+}
+
+// Which segment of the result each segment of the picture becomes, 0 = unknown.
+std::vector<std::uint16_t> number_segments(const CocoPanoptic::Picture& picture, const LabelSet& labels,
+                                           std::vector<Segment>& result) {
+  std::map<ClassId, std::uint16_t> stuff;
+  std::vector<std::uint16_t> numbers;
+  for (const CocoSegment& segment : picture.segments) {
+    if (segment.class_id == ClassId::kUnknown) {
+      numbers.push_back(0);
+      continue;
+    }
+    const auto seen = stuff.find(segment.class_id);
+    if (seen != stuff.end()) {
+      numbers.push_back(seen->second);
+      continue;
+    }
+    result.push_back({segment.class_id, segment.score, {}});
+    numbers.push_back(static_cast<std::uint16_t>(result.size()));
+    if (labels.is_stuff(segment.class_id)) stuff[segment.class_id] = numbers.back();
+  }
+  return numbers;
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(path, error)) return path;
+  std::optional<std::filesystem::path> only;
+  for (const auto& entry : std::filesystem::directory_iterator(path, error)) {
+    if (entry.path().extension() != ".json") continue;
+    if (only) return std::nullopt;
+    only = entry.path();
+  }
+  return only;
+}
+
+CocoPanoptic read_coco_panoptic(const std::filesystem::path& json_path, const std::optional<LabelSet>& labels) {
+  const std::string file = json_path.string();
+  const Json json = read_json_file(json_path, kMaxJsonBytes);
+  const JsonValue root(json, file);
+  CocoPanoptic coco;
+  coco.labels = labels ? *labels : labels_of(root, file);
+  const auto classes = class_of_category(root, coco.labels);
+  const auto frames = frame_numbers(root);
+  const std::filesystem::path folder = picture_folder(json_path);
+  for (const JsonValue& annotation : root.at("annotations").elements()) {
+    const auto frame = frames.find(annotation.at("image_id").integer(0, kMaxId));
+    if (frame == frames.end()) annotation.at("image_id").wrong("the id of an image");
+    if (!coco.pictures.emplace(frame->second, to_picture(annotation, folder, classes)).second) {
+      annotation.at("image_id").wrong("the only annotation of its image");
+    }
+  }
+  return coco;
+}
+
+Segmentation read_coco_frame(const CocoPanoptic& coco, std::int64_t frame_index) {
+  const auto found = coco.pictures.find(frame_index);
+  if (found == coco.pictures.end()) return {};
+  const CocoPanoptic::Picture& picture = found->second;
+  const std::string bytes = read_png_bytes(picture.png, 0, 0);
+  const Image<Rgb> image = decode_rgb({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, picture.png.string());
+  Segmentation result{Image<std::uint16_t>(image.width(), image.height()), {}};
+  const std::vector<std::uint16_t> numbers = number_segments(picture, coco.labels, result.segments);
+  std::uint32_t last_id = 0;
+  std::uint16_t last_number = 0;
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const std::uint32_t id = image[i].r + 256U * image[i].g + 65536U * image[i].b;
+    if (id != last_id) {
+      const auto& all = picture.segments;
+      const auto segment =
+          std::lower_bound(all.begin(), all.end(), id, [](const CocoSegment& s, std::uint32_t value) { return s.id < value; });
+      if (id != 0 && (segment == all.end() || segment->id != id)) {
+        throw Error(
+            fmt::format("{}: a pixel has the id {}, which is not in segments_info of its annotation", picture.png.string(), id));
+      }
+      last_id = id;
+      last_number = id == 0 ? std::uint16_t{0} : numbers[static_cast<std::size_t>(segment - all.begin())];
+    }
+    result.segment_at[i] = last_number;
+  }
+  return result;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A value of a JSON file together with its place, so that whatever is wrong with it is said in the file's own terms:
+// "predictions.json: image.width must be a whole number from 1 to 16384".
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panoptic/base/json.h"
+
+namespace panoptic {
+
+// Refers to a Json that must outlive it. Every function throws Error unless the value is as asked for.
+class JsonValue {
+ public:
+  JsonValue(const Json& json, std::string file) : json_(&json), file_(std::move(file)) {}
+
+  JsonValue at(std::string_view key) const;                   // a member that must be there
+  std::optional<JsonValue> find(std::string_view key) const;  // a member that may be there
+  std::vector<JsonValue> elements() const;                    // of an array
+
+  std::int64_t integer(std::int64_t min, std::int64_t max) const;
+  double number(double min, double max) const;
+  std::string text() const;
+  bool boolean() const;  // true, false, 1 or 0
+
+  [[noreturn]] void wrong(std::string_view expected) const;
+
+ private:
+  JsonValue(const Json& json, std::string file, std::string place)
+      : json_(&json), file_(std::move(file)), place_(std::move(place)) {}
+
+  const Json* json_;
+  std::string file_;
+  std::string place_;
+};
+
+}  // namespace panoptic

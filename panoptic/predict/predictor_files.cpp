@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/predict/predictor_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/predict/coco_panoptic.h"
+#include "panoptic/predict/prediction_io.h"
+
+namespace panoptic {
+namespace {
+
+using ReadFrame = std::function<Segmentation(std::int64_t frame_index)>;
+
+class FilePredictor final : public Predictor {
+ public:
+  FilePredictor(std::string name, LabelSet labels, ReadFrame read)
+      : name_(std::move(name)), labels_(std::move(labels)), read_(std::move(read)) {}
+
+  const LabelSet& labels() const override { return labels_; }
+
+  Segmentation predict(const Frame& frame) override {
+    Segmentation segmentation = read_(frame.index);
+    const auto& image = segmentation.segment_at;
+    if (!image.empty() && !frame.color.empty() && !image.same_size(frame.color.width(), frame.color.height())) {
+      throw Error(fmt::format(
+          "{}: the prediction of frame {} is {} x {} pixels, its colour image {} x {}; predict on this recording's images", name_,
+          frame.index, image.width(), image.height(), frame.color.width(), frame.color.height()));
+    }
+    return segmentation;
+  }
+
+ private:
+  std::string name_;
+  LabelSet labels_;
+  ReadFrame read_;
+};
+
+bool same_classes(const LabelSet& a, const LabelSet& b) {
+  return std::equal(
+      a.classes().begin(), a.classes().end(), b.classes().begin(), b.classes().end(),
+      [](const LabelClass& x, const LabelClass& y) { return x.id == y.id && x.name == y.name && x.is_thing == y.is_thing; });
+}
+
+}  // namespace
+
+std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path, const std::optional<LabelSet>& labels) {
+  if (!std::filesystem::exists(path)) throw Error(fmt::format("there are no predictions at {}: check the path", path.string()));
+  if (std::filesystem::is_regular_file(path / "predictions.json")) {
+    PredictionFolder folder = open_predictions(path);
+    if (labels && !same_classes(*labels, folder.labels)) {
+      throw Error(
+          fmt::format("{}: these predictions are of the label set '{}', not '{}'; leave the label set out or predict again",
+                      path.string(), folder.labels.name(), labels->name()));
+    }
+    LabelSet own = folder.labels;
+    return std::make_unique<FilePredictor>(path.string(), std::move(own), [folder = std::move(folder)](std::int64_t index) {
+      return read_prediction(folder, index);
+    });
+  }
+  const std::optional<std::filesystem::path> json = find_coco_panoptic(path);
+  if (!json) {
+    throw Error(
+        fmt::format("{} holds no predictions: expected predictions.json, or one COCO panoptic JSON file (docs/predictions.md)",
+                    path.string()));
+  }
+  CocoPanoptic coco = read_coco_panoptic(*json, labels);
+  LabelSet own = coco.labels;
+  return std::make_unique<FilePredictor>(path.string(), std::move(own),
+                                         [coco = std::move(coco)](std::int64_t index) { return read_coco_frame(coco, index); });
+}
+
+}  // namespace panoptic
