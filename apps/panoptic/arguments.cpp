@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/panoptic/arguments.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+namespace panoptic {
+namespace {
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  panoptic run kitchen/ --calibration kitchen.toml --semantic enet.toml --instance yolo.toml -o out/kitchen\n"
+    "  panoptic run scan.sens --predictions predictions/ -o out/scan --set map.voxel_size_m=0.01\n"
+    "  panoptic doctor recording/\n"
+    "Exit codes: 0 done, 1 something in the world is wrong (one line on stderr), 2 wrong usage, 130 interrupted.";
+
+void add_recording(CLI::App& app, Arguments& a) {
+  app.add_option("dataset", a.dataset,
+                 "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder")
+      ->required();
+  app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, depth scale and the colour camera");
+  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+}
+
+void add_networks(CLI::App& app, Arguments& a) {
+  app.add_option("--semantic", a.semantic, "model description (TOML) of the semantic network");
+  app.add_option("--instance", a.instance, "model description (TOML) of the instance network");
+  app.add_option("--labels", a.labels, "label set: indoor, home, scannet20 or a TOML file");
+  app.add_option("--config", a.config, "TOML file of options; out/options.toml of an earlier run is one");
+  app.add_option("--set", a.settings, "one option, key=value; may be repeated (keys: panoptic options)");
+  app.add_option("--frames", a.frames, "A:B or A:B:STEP, positions in the sequence from 0, B excluded");
+}
+
+}  // namespace
+
+Arguments parse_arguments(int argc, char** argv) {
+  Arguments a;
+  CLI::App app("PanopticFusion: posed RGB-D frames in, a 3D map that knows what everything is and which one it is out.",
+               "panoptic");
+  app.set_version_flag("--version", fmt::format("panoptic {}", PANOPTIC_VERSION));
+  app.footer(kFooter);
+  app.require_subcommand(1);
+
+  CLI::App* run = app.add_subcommand("run", "map a recording");
+  add_recording(*run, a);
+  add_networks(*run, a);
+  run->add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
+  run->add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
+  run->footer("Without networks and predictions, geometry and colour are mapped.");
+
+  CLI::App* predict = app.add_subcommand("predict", "run the networks over a recording and write their predictions to disk");
+  add_recording(*predict, a);
+  add_networks(*predict, a);
+  predict->add_option("-o,--output", a.output, "folder for the predictions")->required();
+
+  CLI::App* doctor = app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames");
+  add_recording(*doctor, a);
+
+  app.add_subcommand("options", "list every option with its default, range and meaning");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    app.exit(e);
+    return a;
+  } catch (const CLI::ParseError& e) {
+    throw UsageError(fmt::format("{}; see panoptic --help", e.what()));
+  }
+  a.command = app.get_subcommands().front()->get_name();
+  return a;
+}
+
+Options options_from(const Arguments& a) {
+  Options options = a.config.empty() ? Options{} : load_options(a.config);
+  const Fields all = fields(options);
+  for (const std::string& setting : a.settings) {
+    try {
+      set_field(all, setting);
+    } catch (const Error& e) {
+      throw UsageError(e.what());
+    }
+  }
+  if (!a.semantic.empty()) options.networks.semantic = a.semantic;
+  if (!a.instance.empty()) options.networks.instance = a.instance;
+  if (!a.predictions.empty()) options.predictions = a.predictions;
+  if (!a.labels.empty()) options.labels = a.labels;
+  return options;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The command line.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "panoptic/base/error.h"
+#include "panoptic/session/options.h"
+
+namespace panoptic {
+
+// Exit codes that scripts may rely on.
+enum ExitCode : int { kDone = 0, kWorldIsWrong = 1, kWrongUsage = 2, kInterrupted = 130 };
+
+// Thrown for what the caller typed, as opposed to what the world holds.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Arguments {
+  std::string command;  // "run", "predict", "doctor"; empty when only help or the version was asked for
+  std::string dataset;
+  std::string output;
+  std::string config;
+  std::vector<std::string> settings;  // key=value
+  std::string calibration;
+  std::string semantic;
+  std::string instance;
+  std::string predictions;
+  std::string labels;
+  std::string frames;
+  int threads = 0;
+};
+
+// Prints help or the version when asked. Throws UsageError.
+Arguments parse_arguments(int argc, char** argv);
+
+// Defaults, then --config, then --set, then the flags of their own. Throws UsageError for --set, Error for the file.
+Options options_from(const Arguments& arguments);
+
+}  // namespace panoptic

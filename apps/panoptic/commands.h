@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The subcommands. Each returns the process's exit code and throws Error or UsageError.
+#pragma once
+
+#include "apps/panoptic/arguments.h"
+
+namespace panoptic {
+
+int run(const Arguments& arguments);
+int predict(const Arguments& arguments);
+int doctor(const Arguments& arguments);
+
+// --frames, or everything. Throws UsageError.
+struct FrameRange;
+FrameRange frame_range_from(const Arguments& arguments);
+
+// "enet.toml + yolo.toml"; empty without networks.
+std::string networks_text(const NetworkOptions& options);
+
+}  // namespace panoptic

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "apps/panoptic/commands.h"
+
+namespace {
+
+int dispatch(const panoptic::Arguments& arguments) {
+  if (arguments.command == "run") return panoptic::run(arguments);
+  if (arguments.command == "predict") return panoptic::predict(arguments);
+  if (arguments.command == "doctor") return panoptic::doctor(arguments);
+  if (arguments.command == "options") {
+    panoptic::Options options;
+    fmt::print("{}", panoptic::describe(panoptic::fields(options)));
+  }
+  return panoptic::kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return dispatch(panoptic::parse_arguments(argc, argv));
+  } catch (const panoptic::UsageError& e) {
+    fmt::print(stderr, "panoptic: {}\n", e.what());
+    return panoptic::kWrongUsage;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "panoptic: out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)\n");
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "panoptic: {}\n", e.what());
+  }
+  return panoptic::kWorldIsWrong;
+}

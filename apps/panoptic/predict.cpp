@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/panoptic/commands.h"
+#include "apps/panoptic/progress.h"
+#include "panoptic/base/files.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/io/dataset.h"
+#include "panoptic/predict/prediction_io.h"
+#include "panoptic/session/session.h"
+
+namespace panoptic {
+
+int predict(const Arguments& arguments) {
+  const FrameRange range = frame_range_from(arguments);
+  const Options options = options_from(arguments);
+  if (options.networks.semantic.empty() && options.networks.instance.empty()) {
+    throw UsageError("predict needs --semantic, --instance or both");
+  }
+  set_thread_count(arguments.threads);
+  require_writable_folder(arguments.output);
+  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
+  const auto predictor = make_network_predictor(options.networks, load_label_set(options.labels));
+  PredictionWriter writer(arguments.output, predictor->labels(), networks_text(options.networks));
+
+  watch_for_interrupt();
+  std::size_t written = 0;
+  std::size_t skipped = 0;
+  {
+    FrameStream stream(*dataset, range);
+    Progress progress("frames", range.count(dataset->size()));
+    for (auto read = stream.next(); read && !interrupted(); read = stream.next()) {
+      if (read->frame && !why_unusable(*read->frame)) {
+        writer.write(read->frame->index, predictor->predict(*read->frame));
+        written++;
+      } else {
+        skipped++;
+      }
+      progress.advance(written + skipped);
+    }
+  }
+  fmt::print("{} predictions in {}, {} frames skipped\n", written, arguments.output, skipped);
+  return interrupted() ? kInterrupted : kDone;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which frames were used and which not, in bounded memory.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "panoptic/io/dataset.h"
+
+namespace panoptic {
+
+class FrameLog {
+ public:
+  static constexpr std::size_t kMaxListed = 1000;
+
+  void count_used() { ++used_; }
+  // Reasons are counted by their text up to the first ':' (what follows names the file).
+  void count_skipped(const SkippedFrame& frame);
+
+  std::uint64_t used() const { return used_; }
+  std::uint64_t skipped() const { return skipped_; }
+  const std::map<std::string, std::uint64_t>& skipped_by_reason() const { return by_reason_; }
+  const std::vector<SkippedFrame>& first_skipped() const { return first_; }  // at most kMaxListed
+
+ private:
+  std::uint64_t used_ = 0;
+  std::uint64_t skipped_ = 0;
+  std::map<std::string, std::uint64_t> by_reason_;
+  std::vector<SkippedFrame> first_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every option of the program in one aggregate; the defaults are here and nowhere else.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "panoptic/base/config.h"
+#include "panoptic/fusion/integrator.h"
+#include "panoptic/fusion/label_tracker.h"
+#include "panoptic/fusion/mesher.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/map/voxel_map.h"
+#include "panoptic/predict/predictor_networks.h"
+
+namespace panoptic {
+
+struct Options {
+  std::string labels = "indoor";  // label set: a built-in name or a TOML file
+  std::string predictions;        // folder of predictions to use instead of networks; empty = none
+  NetworkOptions networks;
+  DepthOptions depth;
+  MapOptions map;
+  TrackerOptions tracker;
+  IntegratorOptions integrator;
+  MesherOptions mesher;
+};
+Fields fields(Options& options);
+
+// The defaults with what the TOML file changes. Throws Error.
+Options load_options(const std::filesystem::path& path);
+
+}  // namespace panoptic

@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/session/outputs.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <type_traits>
+
+#include "panoptic/base/files.h"
+#include "panoptic/data/object_shapes.h"
+#include "panoptic/io/glb.h"
+#include "panoptic/io/mesh_io.h"
+#include "panoptic/io/views.h"
+
+namespace panoptic {
+namespace {
+
+Json to_json(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json to_json(const Rgb& c) { return {c.r, c.g, c.b}; }
+
+Json to_json(const DurationHistogram& h) {
+  return {{"count", h.count()},
+          {"mean_ms", h.mean_ms()},
+          {"p50_ms", h.percentile_ms(0.5)},
+          {"p95_ms", h.percentile_ms(0.95)},
+          {"max_ms", h.max_ms()}};
+}
+
+Json to_json(const LabelSet& labels) {
+  Json list = Json::array();
+  for (const LabelClass& c : labels.classes()) {
+    list.push_back({{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", to_json(c.color)}});
+  }
+  return list;
+}
+
+Json value_json(const Field& field) {
+  return std::visit(
+      [](const auto& value) -> Json {
+        using T = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, AppendTable>) {
+          return nullptr;
+        } else if constexpr (std::is_same_v<T, std::optional<double>*>) {
+          return value->has_value() ? Json(**value) : Json(nullptr);
+        } else {
+          return *value;
+        }
+      },
+      field.value);
+}
+
+Json to_json(const Fields& fields) {
+  Json json = Json::object();
+  for (const Field& field : fields) {
+    Json* place = &json;
+    std::string key = field.key;
+    for (std::size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.')) {
+      place = &(*place)[key.substr(0, dot)];
+      key = key.substr(dot + 1);
+    }
+    (*place)[key] = value_json(field);
+  }
+  return json;
+}
+
+Json to_json(const FrameLog& frames) {
+  Json list = Json::array();
+  for (const SkippedFrame& f : frames.first_skipped()) list.push_back({{"index", f.index}, {"reason", f.reason}});
+  return {{"used", frames.used()},
+          {"skipped", frames.skipped()},
+          {"skipped_by_reason", frames.skipped_by_reason()},
+          {"skipped_frames", std::move(list)}};
+}
+
+Json to_json(const OrientedBox& box) {
+  Json axes = Json::array();
+  for (int a = 0; a < 3; ++a) axes.push_back(to_json(Vec3d(box.axes.col(a))));
+  return {{"center_m", to_json(box.center_m)}, {"axes", std::move(axes)}, {"size_m", to_json(box.size_m)}};
+}
+
+Json to_json(const Object& object, const ObjectShape& shape, const Session& session) {
+  const ClassId class_id = session.objects().class_of(object.id);
+  Json probabilities = Json::object();
+  for (const ClassProbability& p : session.objects().probabilities(object.id)) {
+    probabilities[std::string(session.labels().name_of(p.class_id))] = p.probability;
+  }
+  return {{"id", number(object.id)},
+          {"class_id", number(class_id)},
+          {"class", session.labels().name_of(class_id)},
+          {"probabilities", std::move(probabilities)},
+          {"box", {{"min_m", to_json(shape.min_m)}, {"max_m", to_json(shape.max_m)}}},
+          {"oriented_box", to_json(shape.oriented_box)},
+          {"centroid_m", to_json(shape.centroid_m)},
+          {"surface_area_m2", shape.area_m2},
+          {"vertices", shape.vertices},
+          {"first_frame", object.first_frame},
+          {"last_frame", object.last_frame},
+          {"observations", object.observations}};
+}
+
+}  // namespace
+
+Json objects_json(const Session& session, const Mesh& mesh) {
+  Json objects = Json::array();
+  for (const ObjectShape& shape : object_shapes(mesh)) {
+    const Object* object = session.objects().find(shape.id);
+    if (object != nullptr) objects.push_back(to_json(*object, shape, session));
+  }
+  return {{"objects", std::move(objects)}};
+}
+
+Json report_json(const Session& session, const Options& options, const RunSummary& run, const Mesh& mesh) {
+  Json stages = Json::object();
+  for (const auto& [name, histogram] : session.profile().stages()) stages[name] = to_json(histogram);
+  Options copy = options;
+  Json report = {{"program", fmt::format("panoptic {}", PANOPTIC_VERSION)},
+                 {"dataset", run.dataset},
+                 {"predictor", run.predictor},
+                 {"complete", run.complete}};
+  if (!run.complete) report["stopped_by"] = run.stopped_by;
+  report["frames"] = to_json(session.frames());
+  report["wall_s"] = run.wall_s;
+  report["frames_per_s"] = run.wall_s > 0 ? static_cast<double>(session.frames().used()) / run.wall_s : 0;
+  report["stages"] = std::move(stages);
+  report["peak_rss_mb"] = peak_rss_mb();
+  report["block_count"] = session.map().block_count();
+  report["map_memory_mb"] = static_cast<double>(session.map().memory_bytes()) / 1e6;
+  report["map_hash"] = fmt::format("{:016x}", session.map().hash());
+  report["mesh"] = {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
+  report["up"] = to_json(session.up());
+  report["labels"] = to_json(session.labels());
+  report["options"] = to_json(fields(copy));
+  return report;
+}
+
+void write_outputs(const std::filesystem::path& folder, Session& session, const Options& options, const RunSummary& run) {
+  const Mesh mesh = session.mesh();
+  write_ply(folder / "mesh.ply", mesh);
+  write_json_file(folder / "objects.json", objects_json(session, mesh));
+  write_json_file(folder / "report.json", report_json(session, options, run, mesh));
+  Options copy = options;
+  write_file(folder / "options.toml", to_toml(fields(copy)));
+  write_glb(folder / "scene.glb", mesh, session.labels(), session.up());
+  write_views(folder / "views", mesh, session.up(), session.labels());
+}
+
+}  // namespace panoptic

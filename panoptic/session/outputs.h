@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a run leaves on disk: mesh.ply, scene.glb, views/*.png, objects.json, report.json, options.toml (docs/outputs.md).
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "panoptic/base/json.h"
+#include "panoptic/session/session.h"
+
+namespace panoptic {
+
+// What the session itself does not know about the run.
+struct RunSummary {
+  std::string dataset;     // its description
+  std::string predictor;   // what made the labels, or "none"
+  bool complete = true;    // false: interrupted or failed, the map holds the frames so far
+  std::string stopped_by;  // why, if not complete
+  double wall_s = 0;
+};
+
+// The two reports as JSON; `mesh` is the session's.
+Json objects_json(const Session& session, const Mesh& mesh);
+Json report_json(const Session& session, const Options& options, const RunSummary& run, const Mesh& mesh);
+
+// Writes everything into the folder, each file whole or not at all. Throws Error at the first file that cannot be written;
+// files written by then stay.
+void write_outputs(const std::filesystem::path& folder, Session& session, const Options& options, const RunSummary& run);
+
+}  // namespace panoptic

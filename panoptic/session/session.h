@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One mapping run: the order of events, and nothing else.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/base/profile.h"
+#include "panoptic/data/frame.h"
+#include "panoptic/data/mesh.h"
+#include "panoptic/data/segmentation.h"
+#include "panoptic/fusion/integrator.h"
+#include "panoptic/fusion/label_tracker.h"
+#include "panoptic/fusion/mesher.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/map/object_registry.h"
+#include "panoptic/map/voxel_map.h"
+#include "panoptic/session/frame_log.h"
+#include "panoptic/session/options.h"
+
+namespace panoptic {
+
+// Memory grows with the mapped volume and the number of objects, never with the number of frames. Not thread-safe: one thread
+// at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map, bit for bit.
+class Session {
+ public:
+  Session(const Options& options, LabelSet labels);
+
+  // Fuses one frame. An unusable frame (NaN pose, wrong size, no depth ...) changes nothing, is counted in frames(), and the
+  // reason is returned. An empty segmentation leaves labels alone.
+  std::optional<std::string> add(const Frame& frame, const Segmentation& segmentation);
+
+  // Counts a frame that could not even be read.
+  void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
+
+  // The surface as it is now; only blocks that changed since the last call are extracted anew.
+  Mesh mesh();
+
+  const VoxelMap& map() const { return map_; }
+  const ObjectRegistry& objects() const { return objects_; }
+  const LabelSet& labels() const { return labels_; }
+  const FrameLog& frames() const { return frames_; }
+  // Stages "register", "reference", "track", "integrate", their sum "fusion", and "mesh"; callers add their own.
+  Profile& profile() { return profile_; }
+  const Profile& profile() const { return profile_; }
+  // Upwards in the world, as the cameras were mostly held: the mean of their -y axes. Unit length.
+  Vec3d up() const;
+
+ private:
+  LabelSet labels_;
+  VoxelMap map_;
+  ObjectRegistry objects_;
+  Registration registration_;
+  LabelTracker tracker_;
+  Integrator integrator_;
+  Mesher mesher_;
+  std::vector<PanopticId> reference_;
+  FrameLog frames_;
+  Profile profile_;
+  Vec3d up_sum_ = Vec3d::Zero();
+};
+
+// The predictor that the options ask for: the prediction folder, else the networks, else nullptr (geometry and colour alone).
+// Throws Error.
+std::unique_ptr<Predictor> make_predictor(const Options& options);
+
+// The label set of a run: the predictor's, or without one what the options name.
+LabelSet labels_of(const Options& options, const Predictor* predictor);
+
+}  // namespace panoptic
