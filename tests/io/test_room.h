@@ -79,11 +79,11 @@ inline Mesh room(float step_m) {
   const Vec3f x(6, 0, 0);
   const Vec3f up(0, -2.5F, 0);
   const Vec3f z(0, 0, 4);
-  add_sheet(mesh, {0, 0, 0}, z, x, paint({120, 90, 60}, 2, 2), step_m);
-  add_sheet(mesh, {0, 0, 0}, x, up, wall, step_m);
-  add_sheet(mesh, {6, 0, 4}, -x, up, wall, step_m);
-  add_sheet(mesh, {0, 0, 4}, -z, up, wall, step_m);
-  add_sheet(mesh, {6, 0, 0}, z, up, wall, step_m);
+  add_sheet(mesh, {0, 0, 0}, x, z, paint({120, 90, 60}, 2, 2), step_m);
+  add_sheet(mesh, {6, 0, 0}, -x, up, wall, step_m);
+  add_sheet(mesh, {0, 0, 4}, x, up, wall, step_m);
+  add_sheet(mesh, {0, 0, 0}, z, up, wall, step_m);
+  add_sheet(mesh, {6, 0, 4}, -z, up, wall, step_m);
   const Paint table = paint({150, 110, 70}, 4, 5);
   add_box(mesh, {2, -0.75F, 1.5F}, {4, -0.7F, 2.5F}, table, step_m);
   for (const auto& [leg_x, leg_z] : {std::pair{2.05F, 1.55F}, {3.9F, 1.55F}, {2.05F, 2.4F}, {3.9F, 2.4F}}) {

@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/io/draw_text.h"
+
+#include <opencv2/imgproc.hpp>
+
+namespace panoptic {
+namespace {
+
+constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
+constexpr int kThickness_px = 1;
+
+}  // namespace
+
+TextSize text_size(const std::string& text, double scale) {
+  int below = 0;
+  const cv::Size size = cv::getTextSize(text, kFont, scale, kThickness_px, &below);
+  return {size.width, size.height};
+}
+
+void draw_text(Image<Rgb>& image, const std::string& text, int u, int v, const Rgb& color, double scale) {
+  static_assert(sizeof(Rgb) == 3, "an image of Rgb is drawn on in place");
+  cv::Mat mat(image.height(), image.width(), CV_8UC3, image.data());
+  cv::putText(mat, text, {u, v}, kFont, scale, cv::Scalar(color.r, color.g, color.b), kThickness_px, cv::LINE_AA);
+}
+
+}  // namespace panoptic

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Words in pictures: the one seam to OpenCV's drawing.
+#pragma once
+
+#include <string>
+
+#include "panoptic/base/image.h"
+
+namespace panoptic {
+
+struct TextSize {
+  int width_px = 0;
+  int height_px = 0;  // of the capitals
+};
+
+TextSize text_size(const std::string& text, double scale);
+
+// The text with the lower left corner of its first letter at (u, v), smoothed; what lies outside the image is cut off.
+void draw_text(Image<Rgb>& image, const std::string& text, int u, int v, const Rgb& color, double scale);
+
+}  // namespace panoptic

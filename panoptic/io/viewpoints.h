@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where to stand to see a room.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "panoptic/base/geometry.h"
+#include "panoptic/data/mesh.h"
+
+namespace panoptic {
+
+struct View {
+  Pose world_from_camera = Pose::Identity();
+  Camera camera;
+  Vec3d up = -Vec3d::UnitY();  // in the world; light comes from there
+  std::string name;            // of the picture's file
+};
+
+// Three pictures of 1280x960: `front` and `back`, from opposite sides and above, each from where the most surface faces the
+// camera; and `top`, straight down with the longer side of the room across. Fitted to the mesh, except that the odd vertex far
+// outside may be cut off, and with room for a legend at the bottom. `up` need not have unit length; nonsense counts as -y.
+std::vector<View> default_views(const Mesh& mesh, const Vec3d& up);
+
+// The rows at the bottom of a default view that the mesh does not reach.
+constexpr int kLegendRows_px = 56;
+
+}  // namespace panoptic
