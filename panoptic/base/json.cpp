@@ -15,6 +15,8 @@ Json read_json_file(const std::filesystem::path& path, std::uintmax_t max_bytes)
     return Json::parse(text);
   } catch (const Json::parse_error& e) {
     throw Error(fmt::format("{}: not valid JSON near byte {}: the file may be cut off", path.string(), e.byte));
+  } catch (const Json::exception& e) {
+    throw Error(fmt::format("{}: not usable JSON: {}", path.string(), e.what()));  // a number beyond the range of double
   }
 }
 

@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+
+#include "panoptic/predict/decoders.h"
+#include "tests/expect_error.h"
+
+namespace panoptic {
+namespace {
+
+using test::error_of;
+using testing::HasSubstr;
+
+constexpr auto kA = static_cast<ClassId>(4);
+constexpr auto kB = static_cast<ClassId>(9);
+const std::vector<ClassId> kClassOf = {kB, ClassId::kUnknown, kA, kB, ClassId::kUnknown, kA};
+
+Model model_with(std::size_t classes) {
+  Model model;
+  model.path = "tiny.toml";
+  model.task = "semantic";
+  model.decoder = "semantic_logits";
+  model.classes.resize(classes);
+  return model;
+}
+
+Tensor random_logits(int classes, int height, int width, float spread) {
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal(0, spread);
+  Tensor tensor{{1, classes, height, width}, {}};
+  tensor.values.resize(static_cast<std::size_t>(classes * height * width));
+  for (float& value : tensor.values) value = normal(random);
+  return tensor;
+}
+
+// Probability of each class of the label set in one cell, as the words say it.
+std::map<ClassId, double> naive_probabilities(const Tensor& logits, int x, int y) {
+  const auto at = [&](std::size_t c) {
+    return static_cast<double>(logits.values[(c * logits.shape[2] + y) * logits.shape[3] + x]);
+  };
+  double sum = 0;
+  for (std::size_t c = 0; c < kClassOf.size(); ++c) sum += std::exp(at(c));
+  std::map<ClassId, double> probabilities;
+  for (std::size_t c = 0; c < kClassOf.size(); ++c) probabilities[kClassOf[c]] += std::exp(at(c)) / sum;
+  return probabilities;
+}
+
+// Bilinear between the cells around a pixel; beyond the outermost centres their value holds.
+std::map<ClassId, double> naive_at_pixel(const Tensor& logits, double x, double y) {
+  x = std::min(std::max(x, 0.0), logits.shape[3] - 1.0);
+  y = std::min(std::max(y, 0.0), logits.shape[2] - 1.0);
+  std::map<ClassId, double> mixed;
+  for (int cell_y = 0; cell_y < logits.shape[2]; ++cell_y) {
+    for (int cell_x = 0; cell_x < logits.shape[3]; ++cell_x) {
+      const double share = std::max(0.0, 1 - std::abs(x - cell_x)) * std::max(0.0, 1 - std::abs(y - cell_y));
+      for (const auto& [id, p] : naive_probabilities(logits, cell_x, cell_y)) mixed[id] += share * p;
+    }
+  }
+  return mixed;
+}
+
+TEST(SemanticLogits, AddsProbabilitiesOfClassesWithTheSameCounterpart) {
+  const Model model = model_with(kClassOf.size());
+  const Tensor logits = random_logits(6, 5, 7, 3);
+  const ClassScores scores = decode_semantic_logits({logits}, {model, kClassOf, {7, 5, 7, 5, 1, 1}});
+  ASSERT_EQ(scores.classes.size(), 3U);
+  EXPECT_EQ(scores.classes[0], ClassId::kUnknown);
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 7; ++x) {
+      const auto expected = naive_probabilities(logits, x, y);
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_NEAR(scores.values[static_cast<std::size_t>(y * 7 + x) * 3 + k], expected.at(scores.classes[k]), 1e-5);
+      }
+    }
+  }
+}
+
+struct Layout {
+  int image_width, image_height, input_width, input_height;
+  double scale_x, scale_y;
+};
+
+class SemanticLayout : public testing::TestWithParam<Layout> {};
+
+// Stretched up, stretched down, letterboxed with the lower part of the input unused.
+INSTANTIATE_TEST_SUITE_P(SemanticLogits, SemanticLayout,
+                         testing::Values(Layout{40, 30, 56, 40, 1.4, 40.0 / 30}, Layout{5, 4, 56, 40, 11.2, 10},
+                                         Layout{56, 20, 56, 40, 1, 1}));
+
+TEST_P(SemanticLayout, EqualsInterpolatedProbabilitiesAtEveryPixel) {
+  const Layout& l = GetParam();
+  const Placement placement{l.image_width, l.image_height, l.input_width, l.input_height, l.scale_x, l.scale_y};
+  const Model model = model_with(kClassOf.size());
+  const Tensor logits = random_logits(6, 5, 7, 1);
+  const ClassScores scores = decode_semantic_logits({logits}, {model, kClassOf, placement});
+  const Image<ClassId> image = most_likely(scores, l.image_width, l.image_height);
+  ASSERT_TRUE(image.same_size(l.image_width, l.image_height));
+  for (int v = 0; v < l.image_height; ++v) {
+    for (int u = 0; u < l.image_width; ++u) {
+      const double x = ((u + 0.5) * l.scale_x / l.input_width) * 7 - 0.5;
+      const double y = ((v + 0.5) * l.scale_y / l.input_height) * 5 - 0.5;
+      auto expected = naive_at_pixel(logits, x, y);
+      double best = 0;
+      for (const auto& [id, p] : expected) best = std::max(best, p);
+      EXPECT_NEAR(expected[image(u, v)], best, 1e-5) << u << " " << v;
+    }
+  }
+}
+
+TEST(SemanticLogits, SurvivesAbsurdLogits) {
+  const Model model = model_with(kClassOf.size());
+  Tensor logits = random_logits(6, 5, 7, 1e30F);
+  logits.values[0] = std::numeric_limits<float>::quiet_NaN();
+  logits.values[40] = std::numeric_limits<float>::infinity();
+  logits.values[80] = -std::numeric_limits<float>::infinity();
+  const ClassScores scores = decode_semantic_logits({logits}, {model, kClassOf, {7, 5, 7, 5, 1, 1}});
+  const Image<ClassId> image = most_likely(scores, 7, 5);
+  for (const ClassId id : image.pixels()) EXPECT_TRUE(id == kA || id == kB || id == ClassId::kUnknown);
+}
+
+TEST(SemanticLogits, RefusesOutputsOfAnotherKind) {
+  const Model model = model_with(kClassOf.size());
+  const DecodeContext context{model, kClassOf, {7, 5, 7, 5, 1, 1}};
+  EXPECT_THAT(error_of([&] { decode_semantic_logits({}, context); }), HasSubstr("nothing"));
+  EXPECT_THAT(error_of([&] { decode_semantic_logits({random_logits(5, 5, 7, 1)}, context); }), HasSubstr("1 x 5 x 5 x 7"));
+  EXPECT_THAT(error_of([&] {
+                decode_semantic_logits({Tensor{{1, 6}, std::vector<float>(6)}}, context);
+              }),
+              HasSubstr("tiny.toml"));
+}
+
+TEST(Decoders, AreFoundByTaskAndName) {
+  Model model = model_with(1);
+  EXPECT_EQ(semantic_decoder(model), &decode_semantic_logits);
+  EXPECT_THAT(error_of([&] { instance_decoder(model); }), HasSubstr("task is 'semantic'"));
+  model.decoder = "magic";
+  EXPECT_THAT(error_of([&] { semantic_decoder(model); }), testing::AllOf(HasSubstr("'magic'"), HasSubstr("semantic_logits")));
+}
+
+}  // namespace
+}  // namespace panoptic

@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+
+#include "panoptic/predict/decoders.h"
+#include "tests/expect_error.h"
+
+namespace panoptic {
+namespace {
+
+using test::error_of;
+using testing::HasSubstr;
+
+constexpr int kInput = 64;  // pixels; grids of 8, 4 and 2 cells
+constexpr int kBins = 16;
+constexpr int kPrototypes = 6;
+constexpr int kPrototypeSide = 16;
+constexpr auto kCup = static_cast<ClassId>(5);
+constexpr auto kChair = static_cast<ClassId>(8);
+const std::vector<ClassId> kClassOf = {kChair, ClassId::kUnknown, kCup, kChair};
+
+Model yolo_model() {
+  Model model;
+  model.path = "yolo.toml";
+  model.task = "instance";
+  model.decoder = "yolo_seg";
+  model.classes.resize(kClassOf.size());
+  return model;
+}
+
+// Outputs in which about one cell in twelve holds an object.
+std::vector<Tensor> random_outputs(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto tensor = [&](int channels, int side, float mean, float spread) {
+    std::normal_distribution<float> normal(mean, spread);
+    Tensor result{{1, channels, side, side}, {}};
+    result.values.resize(static_cast<std::size_t>(channels * side * side));
+    for (float& value : result.values) value = normal(random);
+    return result;
+  };
+  std::vector<Tensor> outputs;
+  for (const int side : {8, 4, 2}) outputs.push_back(tensor(4 * kBins, side, 0, 2));
+  for (const int side : {8, 4, 2}) outputs.push_back(tensor(static_cast<int>(kClassOf.size()), side, -4, 1.5));
+  for (const int side : {8, 4, 2}) outputs.push_back(tensor(kPrototypes, side, 0, 1));
+  outputs.push_back(tensor(kPrototypes, kPrototypeSide, 0, 1));
+  return outputs;
+}
+
+double at(const Tensor& tensor, int channel, int y, int x) {
+  return tensor.values[static_cast<std::size_t>((channel * tensor.shape[2] + y) * tensor.shape[3] + x)];
+}
+
+double sigmoid(double x) { return 1 / (1 + std::exp(-x)); }
+
+struct NaiveObject {
+  ClassId class_id;
+  double score;
+  double left, top, right, bottom;
+  std::map<ClassId, double> probabilities;
+  Image<std::uint8_t> mask;  // of the whole image
+};
+
+double naive_side(const Tensor& boxes, int side, int y, int x) {
+  double sum = 0;
+  double weighted = 0;
+  for (int bin = 0; bin < kBins; ++bin) {
+    const double e = std::exp(at(boxes, side * kBins + bin, y, x));
+    sum += e;
+    weighted += e * bin;
+  }
+  return weighted / sum;
+}
+
+Image<std::uint8_t> naive_mask(const NaiveObject& object, const Tensor& coefficients, int cell_y, int cell_x,
+                               const Tensor& prototypes, const Placement& p) {
+  Image<std::uint8_t> mask(p.image_width, p.image_height);
+  const auto score = [&](int x, int y) {
+    double dot = 0;
+    for (int i = 0; i < kPrototypes; ++i) dot += at(coefficients, i, cell_y, cell_x) * at(prototypes, i, y, x);
+    return sigmoid(dot);
+  };
+  for (int v = 0; v < p.image_height; ++v) {
+    for (int u = 0; u < p.image_width; ++u) {
+      if (u + 0.5 < object.left || u + 0.5 >= object.right || v + 0.5 < object.top || v + 0.5 >= object.bottom) continue;
+      const double ratio = static_cast<double>(kPrototypeSide) / kInput;
+      const double x = std::clamp((u + 0.5) * p.scale_x * ratio - 0.5, 0.0, kPrototypeSide - 1.0);
+      const double y = std::clamp((v + 0.5) * p.scale_y * ratio - 0.5, 0.0, kPrototypeSide - 1.0);
+      double value = 0;
+      for (int j = 0; j < kPrototypeSide; ++j) {
+        for (int i = 0; i < kPrototypeSide; ++i) {
+          const double share = std::max(0.0, 1 - std::abs(x - i)) * std::max(0.0, 1 - std::abs(y - j));
+          if (share > 0) value += share * score(i, j);
+        }
+      }
+      mask(u, v) = value > 0.5 ? 1 : 0;
+    }
+  }
+  return mask;
+}
+
+double naive_overlap(const NaiveObject& a, const NaiveObject& b) {
+  const double width = std::min(a.right, b.right) - std::max(a.left, b.left);
+  const double height = std::min(a.bottom, b.bottom) - std::max(a.top, b.top);
+  const double common = std::max(0.0, width) * std::max(0.0, height);
+  const double areas = (a.right - a.left) * (a.bottom - a.top) + (b.right - b.left) * (b.bottom - b.top);
+  return common / (areas - common);
+}
+
+std::vector<NaiveObject> naive_objects(const std::vector<Tensor>& outputs, const Placement& p) {
+  std::vector<NaiveObject> objects;
+  for (std::size_t s = 0; s < 3; ++s) {
+    const int side = outputs[s].shape[3];
+    const double stride = static_cast<double>(kInput) / side;
+    for (int y = 0; y < side; ++y) {
+      for (int x = 0; x < side; ++x) {
+        int best = 0;
+        for (int c = 1; c < static_cast<int>(kClassOf.size()); ++c)
+          best = at(outputs[3 + s], c, y, x) > at(outputs[3 + s], best, y, x) ? c : best;
+        NaiveObject object{kClassOf[static_cast<std::size_t>(best)], sigmoid(at(outputs[3 + s], best, y, x)), 0, 0, 0, 0, {}, {}};
+        if (object.class_id == ClassId::kUnknown || object.score < 0.3) continue;
+        object.left = (x + 0.5 - naive_side(outputs[s], 0, y, x)) * stride / p.scale_x;
+        object.top = (y + 0.5 - naive_side(outputs[s], 1, y, x)) * stride / p.scale_y;
+        object.right = (x + 0.5 + naive_side(outputs[s], 2, y, x)) * stride / p.scale_x;
+        object.bottom = (y + 0.5 + naive_side(outputs[s], 3, y, x)) * stride / p.scale_y;
+        for (int c = 0; c < static_cast<int>(kClassOf.size()); ++c) {
+          const ClassId id = kClassOf[static_cast<std::size_t>(c)];
+          if (id != ClassId::kUnknown) object.probabilities[id] += sigmoid(at(outputs[3 + s], c, y, x));
+        }
+        object.mask = naive_mask(object, outputs[6 + s], y, x, outputs[9], p);
+        objects.push_back(object);
+      }
+    }
+  }
+  std::stable_sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+  std::vector<NaiveObject> kept;
+  for (const NaiveObject& object : objects) {
+    const bool covered = std::any_of(kept.begin(), kept.end(), [&](const NaiveObject& better) {
+      return better.class_id == object.class_id && naive_overlap(better, object) > 0.5;
+    });
+    if (!covered) kept.push_back(object);
+  }
+  std::erase_if(kept, [](const NaiveObject& o) { return std::count(o.mask.pixels().begin(), o.mask.pixels().end(), 1) == 0; });
+  return kept;
+}
+
+Image<std::uint8_t> whole_mask(const Instance& instance, int width, int height) {
+  Image<std::uint8_t> whole(width, height);
+  for (int y = 0; y < instance.mask.height(); ++y) {
+    for (int x = 0; x < instance.mask.width(); ++x) whole(instance.x0 + x, instance.y0 + y) = instance.mask(x, y);
+  }
+  return whole;
+}
+
+void expect_equal(const Instance& instance, const NaiveObject& expected, const Placement& p) {
+  EXPECT_EQ(instance.segment.class_id, expected.class_id);
+  EXPECT_NEAR(instance.segment.score, expected.score, 1e-5);
+  double total = 0;
+  for (const auto& [id, score] : expected.probabilities) total += score;
+  for (const ClassProbability& c : instance.segment.class_probabilities) {
+    EXPECT_NEAR(c.probability, expected.probabilities.at(c.class_id) / total, 2e-3);
+  }
+  const Image<std::uint8_t> mask = whole_mask(instance, p.image_width, p.image_height);
+  int differing = 0;
+  for (std::size_t i = 0; i < mask.size(); ++i) differing += mask[i] != expected.mask[i] ? 1 : 0;
+  EXPECT_LE(differing, 1);  // a pixel whose score is 0.5 within rounding
+}
+
+class YoloPlacement : public testing::TestWithParam<Placement> {};
+
+// As large as the input; letterboxed; enlarged by a fraction.
+INSTANTIATE_TEST_SUITE_P(YoloSeg, YoloPlacement,
+                         testing::Values(Placement{64, 64, 64, 64, 1, 1}, Placement{64, 48, 64, 64, 1, 1},
+                                         Placement{40, 27, 64, 64, 1.6, 43.0 / 27}, Placement{200, 150, 64, 64, 0.32, 0.32}));
+
+TEST_P(YoloPlacement, EqualsTheNaiveReference) {
+  const Model model = yolo_model();
+  std::size_t found = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const std::vector<Tensor> outputs = random_outputs(seed);
+    const std::vector<Instance> instances = decode_yolo_seg(outputs, {model, kClassOf, GetParam()});
+    const std::vector<NaiveObject> expected = naive_objects(outputs, GetParam());
+    ASSERT_EQ(instances.size(), expected.size()) << "seed " << seed;
+    for (std::size_t i = 0; i < expected.size(); ++i) expect_equal(instances[i], expected[i], GetParam());
+    found += expected.size();
+  }
+  EXPECT_GT(found, 20U);
+}
+
+TEST(YoloSeg, GivesProbabilitiesThatSumToOneSortedByClass) {
+  const Model model = yolo_model();
+  const std::vector<Instance> instances = decode_yolo_seg(random_outputs(1), {model, kClassOf, {64, 64, 64, 64, 1, 1}});
+  ASSERT_FALSE(instances.empty());
+  for (const Instance& instance : instances) {
+    float sum = 0;
+    ClassId before = ClassId::kUnknown;
+    for (const ClassProbability& c : instance.segment.class_probabilities) {
+      EXPECT_GT(c.class_id, before);
+      before = c.class_id;
+      sum += c.probability;
+    }
+    EXPECT_NEAR(sum, 1, 1e-5);
+  }
+}
+
+TEST(YoloSeg, DropsSmallMasksAndKeepsTheBest) {
+  Model model = yolo_model();
+  const std::vector<Tensor> outputs = random_outputs(5);
+  const DecodeContext context{model, kClassOf, {64, 64, 64, 64, 1, 1}};
+  const std::vector<Instance> all = decode_yolo_seg(outputs, context);
+  ASSERT_GT(all.size(), 3U);
+  model.thresholds.max_instances = 2;
+  const std::vector<Instance> best = decode_yolo_seg(outputs, context);
+  ASSERT_EQ(best.size(), 2U);
+  EXPECT_EQ(best[1].segment, all[1].segment);
+  model.thresholds.min_area_px = 64 * 64 + 1;
+  EXPECT_TRUE(decode_yolo_seg(outputs, context).empty());
+}
+
+TEST(YoloSeg, SurvivesAbsurdOutputs) {
+  const Model model = yolo_model();
+  std::vector<Tensor> outputs = random_outputs(3);
+  const float absurd[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                          -std::numeric_limits<float>::infinity(), 1e38F};
+  std::size_t n = 0;
+  for (Tensor& tensor : outputs) {
+    for (std::size_t i = 0; i < tensor.values.size(); i += 3) tensor.values[i] = absurd[n++ % std::size(absurd)];
+  }
+  for (const Instance& instance : decode_yolo_seg(outputs, {model, kClassOf, {64, 48, 64, 64, 1, 1}})) {
+    EXPECT_GE(instance.x0, 0);
+    EXPECT_LE(instance.x0 + instance.mask.width(), 64);
+    EXPECT_LE(instance.y0 + instance.mask.height(), 48);
+  }
+}
+
+TEST(YoloSeg, RefusesOutputsOfAnotherKind) {
+  const Model model = yolo_model();
+  const DecodeContext context{model, kClassOf, {64, 64, 64, 64, 1, 1}};
+  const auto broken = [&](auto change) {
+    std::vector<Tensor> outputs = random_outputs(1);
+    change(outputs);
+    return error_of([&] { decode_yolo_seg(outputs, context); });
+  };
+  EXPECT_THAT(broken([](auto& o) { o.clear(); }), HasSubstr("0 outputs"));
+  EXPECT_THAT(broken([](auto& o) { o.pop_back(); }), HasSubstr("9 outputs"));
+  EXPECT_THAT(broken([](auto& o) { o[4].shape = {1, 5, 4, 4}; }), HasSubstr("5 classes, the description 4"));
+  EXPECT_THAT(broken([](auto& o) { o[0].shape = {1, 66, 8, 8}; }), HasSubstr("66 channels"));
+  EXPECT_THAT(broken([](auto& o) { o[9].shape = {1, 3, 16, 32}; }), HasSubstr("prototypes"));
+  EXPECT_THAT(broken([](auto& o) { o[6].shape = {64}; }), HasSubstr("yolo.toml"));
+  EXPECT_THAT(broken([](auto& o) { std::swap(o[0], o[1]); }), HasSubstr("differ in size"));
+}
+
+}  // namespace
+}  // namespace panoptic
