@@ -1,1 +1,37 @@
-# placeholder
+# SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# `cmake --install build/release --prefix X`: the program, the headers, the static libraries, the configurations, and
+# find_package(panoptic) -> panoptic::panoptic. The install can be moved as a whole.
+include(CMakePackageConfigHelpers)
+
+set(_package ${CMAKE_INSTALL_LIBDIR}/cmake/panoptic)
+set(_layers base data map fusion io predict session)
+list(TRANSFORM _layers PREPEND panoptic_)
+install(TARGETS ${_layers} panoptic_all EXPORT panopticTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT panopticTargets NAMESPACE panoptic:: DESTINATION ${_package})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/panoptic/ DESTINATION include/panoptic FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/panoptic)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+if(TARGET panoptic)
+  set_target_properties(panoptic PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/panoptic")
+  install(TARGETS panoptic RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
+# An ONNX Runtime that scripts/setup fetched belongs to nobody else on the machine: it is installed with us, and the package
+# names the copy. One of the system is looked up again where the package is used.
+set(PANOPTIC_ONNXRUNTIME_COPY "")
+if(OnnxRuntime_FOUND)
+  cmake_path(IS_PREFIX PROJECT_SOURCE_DIR "${OnnxRuntime_LIBRARY}" NORMALIZE _is_ours)
+  if(_is_ours)
+    file(REAL_PATH "${OnnxRuntime_LIBRARY}" _library)
+    install(FILES ${_library} DESTINATION ${CMAKE_INSTALL_LIBDIR}/panoptic RENAME libonnxruntime.so.1)
+    set(PANOPTIC_ONNXRUNTIME_COPY ${CMAKE_INSTALL_LIBDIR}/panoptic/libonnxruntime.so.1)
+  endif()
+endif()
+
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/panopticConfig.cmake.in ${PROJECT_BINARY_DIR}/panopticConfig.cmake
+  INSTALL_DESTINATION ${_package})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/panopticConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/panopticConfig.cmake ${PROJECT_BINARY_DIR}/panopticConfigVersion.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/FindOpenCVParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindOnnxRuntime.cmake DESTINATION ${_package})

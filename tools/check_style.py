@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+# SPDX-License-Identifier: Apache-2.0
+"""What neither clang-format nor clang-tidy looks at: licence lines, file lengths, paths of somebody's machine, names.
+
+Usage: check_style.py [FILE...]    default: every file that git tracks or would add
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+GUIDE_LINES = 300
+MOST_LINES = 400
+SPDX = ("SPDX-FileCopyrightText: 2026 The PanopticFusion Authors", "SPDX-License-Identifier: Apache-2.0")
+SOURCES = {".h", ".cpp", ".py", ".cmake", ".toml", ".sh", ".mjs", ".js"}
+UNCHECKED = {"LICENSE", "package-lock.json"}
+FORBIDDEN = [
+    (re.compile(r"(?<![\w.])/(work|home|root|Users|mnt)/\w"), "a path of one machine"),
+    (re.compile(r"\b(registry\.npmjs|pypi\.org|files\.pythonhosted|deb\.debian|crates\.io)"), "a package registry"),
+    (re.compile(r"^(class|struct) \w*(Manager|Handler|Helper|Util|Utils|Impl)\b"), "a name that says nothing"),
+    (re.compile(r"^ .*\bget_\w+\(.*\) const"), "a getter: name the thing itself"),
+    (re.compile(r"[ \t]+$"), "white space at the end of the line"),
+    (re.compile(r"\t"), "a tab"),
+]
+
+
+def is_source(path, text):
+    return path.suffix in SOURCES or path.name == "CMakeLists.txt" or text.startswith("#!")
+
+
+def findings(path):
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        return  # a picture or other binary file
+    lines = text.splitlines()
+    if text and not text.endswith("\n"):
+        yield len(lines), "the last line has no end"
+    if is_source(path, text):
+        if not all(any(line in head for head in lines[:4]) for line in SPDX):
+            yield 1, "the two SPDX lines are missing at the top"
+        if path.suffix == ".h" and "#pragma once" not in lines:
+            yield 1, "#pragma once is missing"
+        if len(lines) > MOST_LINES and path.suffix != ".toml":
+            yield len(lines), f"more than {MOST_LINES} lines (the guide is {GUIDE_LINES}): divide it"
+    for number, line in enumerate(lines, 1):
+        for pattern, what in FORBIDDEN:
+            if pattern.search(line) and not (path.suffix == ".md" and what.startswith("white")):
+                yield number, what
+
+
+def files():
+    if len(sys.argv) > 1:
+        return [pathlib.Path(name) for name in sys.argv[1:]]
+    listing = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], check=True, capture_output=True, text=True,
+                             cwd=pathlib.Path(__file__).parent.parent).stdout
+    return [pathlib.Path(__file__).parent.parent / name for name in listing.splitlines()]
+
+
+def main():
+    checked = 0
+    wrong = 0
+    for path in files():
+        if path.name in UNCHECKED or path == pathlib.Path(__file__) or not path.is_file():
+            continue
+        checked += 1
+        for number, what in findings(path):
+            wrong += 1
+            print(f"{path}:{number}: {what}", file=sys.stderr)
+    if wrong == 0:
+        print(f"style: {checked} files, no findings")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
