@@ -1,15 +1,25 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Maps one made-up frame, a wall of the first stuff class two metres away, and looks at what came out.
 #include <cstdio>
-#include <panoptic/data/labels.h>
-#include <panoptic/map/voxel_map.h>
+#include <panoptic/panoptic.h>
 
 int main() {
   const panoptic::LabelSet labels = panoptic::load_label_set("indoor");
-  panoptic::VoxelMap map(panoptic::MapOptions{});
-  const panoptic::Slot slot = map.allocate({0, -1, 2});
-  map.block(slot).label[0] = labels.first_thing();
-  std::printf("%zu blocks, %zu classes, hash %016llx\n", map.block_count(), labels.classes().size(),
-              static_cast<unsigned long long>(map.hash()));
-  return map.find({0, -1, 2}) != nullptr ? 0 : 1;
+  const panoptic::ClassId wall = labels.find("wall")->id;
+  panoptic::Frame frame;
+  frame.depth_camera = frame.color_camera = {160, 120, 140, 140, 79.5, 59.5};
+  frame.depth = panoptic::Image<float>(160, 120, 2.0F);
+  frame.color = panoptic::Image<panoptic::Rgb>(160, 120, panoptic::Rgb{200, 100, 50});
+  const panoptic::Segmentation segmentation{panoptic::Image<std::uint16_t>(160, 120, 1), {panoptic::Segment{wall, 1.0F, {}}}};
+
+  panoptic::Session session(panoptic::Options{}, labels);
+  if (const auto reason = session.add(frame, segmentation)) {
+    std::printf("the frame was refused: %s\n", reason->c_str());
+    return 1;
+  }
+  const panoptic::Mesh mesh = session.mesh();
+  std::printf("%zu blocks, %zu vertices\n", session.map().block_count(), mesh.vertices.size());
+  return !mesh.vertices.empty() && mesh.vertices[0].class_id == wall ? 0 : 1;
 }
