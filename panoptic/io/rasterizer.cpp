@@ -48,8 +48,8 @@ std::pair<std::int64_t, std::int64_t> samples_between(std::int64_t low, std::int
 }
 
 struct Corners {
-  std::array<const DrawnVertex*, 3> vertex;  // clockwise: area > 0
-  std::array<Point, 3> at;
+  std::array<const DrawnVertex*, 3> vertex{};  // clockwise: area > 0
+  std::array<Point, 3> at{};
   std::int64_t area = 0;
   const DrawnVertex* speaker = nullptr;
 };
@@ -107,10 +107,11 @@ class Band {
 
   // Averages the samples over the background.
   void resolve(int first_row_px, int rows_px, Picture& picture) const {
+    constexpr float kHalf = kSamples * kSamples / 2.0F;  // rounds the average
     for (int v = 0; v < rows_px; ++v) {
       const std::array<float, 3> background = background_of(first_row_px + v, picture.color.height());
       for (int u = 0; u < picture.color.width(); ++u) {
-        std::array<float, 3> sum{};
+        std::array<float, 3> sum = {kHalf, kHalf, kHalf};
         const Sample* front = nullptr;
         for (int k = 0; k < kSamples * kSamples; ++k) {
           const Sample* sample =
@@ -121,7 +122,7 @@ class Band {
           for (std::size_t i = 0; i < 3; ++i) sum[i] += light * rgb[i];
           if (is_covered && front == nullptr) front = sample;
         }
-        const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(sum[i] / (kSamples * kSamples) + 0.5F); };
+        const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(sum[i] / (kSamples * kSamples)); };
         picture.color(u, first_row_px + v) = {channel(0), channel(1), channel(2)};
         picture.label(u, first_row_px + v) = front != nullptr ? front->label : std::uint16_t{0};
         picture.covered(u, first_row_px + v) = front != nullptr ? 1 : 0;
@@ -134,10 +135,10 @@ class Band {
     return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
   }
 
-  // Nearly white above, light grey below.
+  // Light grey, darker below: white paper is seen against it.
   static std::array<float, 3> background_of(int row_px, int height_px) {
     const float down = static_cast<float>(row_px) / static_cast<float>(height_px);
-    return {250 - 34 * down, 251 - 31 * down, 253 - 27 * down};
+    return {236 - 34 * down, 239 - 32 * down, 243 - 29 * down};
   }
 
   static std::pair<std::int64_t, std::int64_t> range(const Corners& c, std::size_t axis, std::int64_t begin, std::int64_t end) {

@@ -99,24 +99,24 @@ Vec3d towards_camera(const Matrix3d& level, double azimuth) {
   return level * Vec3d(std::cos(kElevation) * std::cos(azimuth), std::cos(kElevation) * std::sin(azimuth), std::sin(kElevation));
 }
 
+double square(double x) { return x * x; }
+
 double distance(double a, double b) { return std::abs(std::remainder(a - b, 2 * pi)); }
 
-// Where the most surface faces the camera, at least `apart` from the azimuth `other`.
-double best_azimuth(const std::vector<Patch>& patches, const Matrix3d& level, double other, double apart) {
+// How much surface faces a camera in that direction, in square metres.
+double facing_m2(const std::vector<Patch>& patches, const Vec3d& direction) {
+  double sum = 0;
+  for (const Patch& patch : patches) sum += std::max(0.0, patch.normal_times_area.dot(direction));
+  return sum;
+}
+
+// The azimuth with the most of `worth`, of 48.
+template <typename Worth>
+double best_azimuth(const Worth& worth) {
   constexpr int kAzimuths = 48;
-  double best = 0;
-  double most = -1;
-  for (int i = 0; i < kAzimuths; ++i) {
-    const double azimuth = 2 * pi * i / kAzimuths;
-    if (distance(azimuth, other) < apart) continue;
-    const Vec3d direction = towards_camera(level, azimuth);
-    double facing = 0;
-    for (const Patch& patch : patches) facing += std::max(0.0, patch.normal_times_area.dot(direction));
-    if (facing <= most) continue;
-    most = facing;
-    best = azimuth;
-  }
-  return best;
+  std::array<double, kAzimuths> values{};
+  for (int i = 0; i < kAzimuths; ++i) values[static_cast<std::size_t>(i)] = worth(2 * pi * i / kAzimuths);
+  return 2 * pi * static_cast<double>(std::max_element(values.begin(), values.end()) - values.begin()) / kAzimuths;
 }
 
 // The direction of the walls, modulo 90 degrees: by their normals.
@@ -159,14 +159,17 @@ std::vector<View> default_views(const Mesh& mesh, const Vec3d& up) {
   const Vec3d unit_up = up.allFinite() && up.norm() > 1e-9 ? up.normalized() : Vec3d(-Vec3d::UnitY());
   const Matrix3d level = level_axes(unit_up);
   const std::vector<Patch> patches = patches_of(mesh);
-  const double front = best_azimuth(patches, level, 0, 0);
-  const double back = best_azimuth(patches, level, front, 0.66 * pi);
+  const auto facing = [&](double azimuth) { return facing_m2(patches, towards_camera(level, azimuth)); };
+  const double front = best_azimuth(facing);
+  // The other side of a room; of a scan from one side, rather less far round than nothing but the backs of things.
+  const double back =
+      best_azimuth([&](double azimuth) { return square(facing(azimuth)) * std::sin(distance(azimuth, front) / 2); });
   const auto oblique = [&](double azimuth) {
     return fitted(patches, world_from_camera_rotation(-towards_camera(level, azimuth), unit_up), kFieldOfView);
   };
   const Matrix3d down = world_from_camera_rotation(-unit_up, up_on_plan(patches, level, front));
-  std::vector<View> views = {oblique(front), oblique(back), fitted(patches, down, kPlanFieldOfView)};
-  const std::array<const char*, 3> names = {"front", "back", "top"};
+  std::vector<View> views = {oblique(front), oblique(side), fitted(patches, down, kPlanFieldOfView)};
+  const std::array<const char*, 3> names = {"front", "side", "top"};
   for (std::size_t i = 0; i < views.size(); ++i) {
     views[i].name = names[i];
     views[i].up = unit_up;

@@ -19,9 +19,10 @@ struct View {
   std::string name;            // of the picture's file
 };
 
-// Three pictures of 1280x960: `front` and `back`, from opposite sides and above, each from where the most surface faces the
-// camera; and `top`, straight down with the longer side of the room across. Fitted to the mesh, except that the odd vertex far
-// outside may be cut off, and with room for a legend at the bottom. `up` need not have unit length; nonsense counts as -y.
+// Three pictures of 1280x960: `front` and `side`, from above at an angle, the one from where the most surface faces the camera,
+// the other from the opposite side or, where that shows little because the scan is one-sided, from less far round; and `top`,
+// straight down with the longer side of the room across. Fitted to the mesh, except that the odd bit far outside may be cut off,
+// and with room for a legend at the bottom. `up` need not have unit length; nonsense counts as -y.
 std::vector<View> default_views(const Mesh& mesh, const Vec3d& up);
 
 // The rows at the bottom of a default view that the mesh does not reach.

@@ -32,7 +32,7 @@ struct Light {
   float lamp = 0;  // more where it faces the camera
 };
 
-constexpr Light kPhotoLight = {0.75F, 0.20F, 0.35F};
+constexpr Light kPhotoLight = {0.74F, 0.12F, 0.22F};
 constexpr Light kLabelLight = {0.44F, 0.18F, 0.40F};
 
 Rgb color_of_vertex(const MeshVertex& vertex, ColorMode mode, const LabelSet& labels) {

@@ -70,7 +70,7 @@ TEST(Views, ThreeViewsShowAllOfTheRoomAndFillThePicture) {
 TEST(Views, TwoLookDownFromOppositeSidesAndOneFromAbove) {
   const std::vector<View> views = default_views(test::room(0.1F), 5 * kUp);
   const auto forward = [&](std::size_t i) -> Vec3d { return views[i].world_from_camera.linear().col(2); };
-  EXPECT_EQ(views[0].name + views[1].name + views[2].name, "frontbacktop");
+  EXPECT_EQ(views[0].name + views[1].name + views[2].name, "frontsidetop");
   for (const std::size_t i : {0U, 1U}) {
     EXPECT_NEAR(std::asin(-forward(i).dot(kUp)), 40 * std::numbers::pi / 180, 1e-6);
     EXPECT_GT(-views[i].world_from_camera.linear().col(1).dot(kUp), 0.7) << "upside down";
@@ -170,7 +170,7 @@ TEST(Views, OddMeshesGivePicturesToo) {
 TEST(Views, NinePicturesAreWritten) {
   const auto folder = test::fresh_folder("views") / "views";
   write_views(folder, test::room(0.2F), kUp, test::room_labels());
-  for (const char* view : {"front", "back", "top"}) {
+  for (const char* view : {"front", "side", "top"}) {
     for (const char* mode : {"color", "classes", "panoptic"}) {
       const auto path = folder / (std::string(view) + "_" + mode + ".png");
       EXPECT_TRUE(read_rgb(path).same_size(1280, 960)) << path;
