@@ -162,7 +162,7 @@ std::vector<View> default_views(const Mesh& mesh, const Vec3d& up) {
   const auto facing = [&](double azimuth) { return facing_m2(patches, towards_camera(level, azimuth)); };
   const double front = best_azimuth(facing);
   // The other side of a room; of a scan from one side, rather less far round than nothing but the backs of things.
-  const double back =
+  const double side =
       best_azimuth([&](double azimuth) { return square(facing(azimuth)) * std::sin(distance(azimuth, front) / 2); });
   const auto oblique = [&](double azimuth) {
     return fitted(patches, world_from_camera_rotation(-towards_camera(level, azimuth), unit_up), kFieldOfView);
