@@ -107,8 +107,9 @@ double side_distance(const Head& head, std::size_t side, std::size_t cell) {
 }
 
 Box box_at(const Head& head, std::size_t cell, const Placement& placement) {
-  const double x = static_cast<double>(cell % static_cast<std::size_t>(head.width)) + 0.5;
-  const double y = static_cast<double>(cell / static_cast<std::size_t>(head.width)) + 0.5;
+  const auto row = static_cast<int>(cell / static_cast<std::size_t>(head.width));
+  const double x = static_cast<int>(cell) - row * head.width + 0.5;
+  const double y = row + 0.5;
   const double to_image_x = head.stride_px / placement.scale_x;
   const double to_image_y = head.stride_px / placement.scale_y;
   return {(x - side_distance(head, 0, cell)) * to_image_x, (y - side_distance(head, 1, cell)) * to_image_y,

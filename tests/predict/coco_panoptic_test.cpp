@@ -43,7 +43,7 @@ Rgb color_of_id(unsigned id) {
 }
 
 std::filesystem::path write_coco(const Json& json) {
-  const std::filesystem::path folder = fresh_folder();
+  std::filesystem::path folder = fresh_folder();
   std::filesystem::create_directories(folder / "panoptic");
   write_json_file(folder / "panoptic.json", json);
   Image<Rgb> image(5, 1);
@@ -105,7 +105,7 @@ TEST(CocoPanoptic, RefusesContradictions) {
     Json bad = coco_json();
     change(bad);
     const std::filesystem::path folder = write_coco(bad);
-    const std::string message = error_of([&] { make_file_predictor(folder, room_labels())->predict(frame_number(31)); });
+    std::string message = error_of([&] { make_file_predictor(folder, room_labels())->predict(frame_number(31)); });
     EXPECT_THAT(message, HasSubstr(folder.string()));
     return message;
   };

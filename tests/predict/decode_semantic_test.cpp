@@ -34,7 +34,7 @@ Tensor random_logits(int classes, int height, int width, float spread) {
   std::mt19937 random(7);
   std::normal_distribution<float> normal(0, spread);
   Tensor tensor{{1, classes, height, width}, {}};
-  tensor.values.resize(static_cast<std::size_t>(classes * height * width));
+  tensor.values.resize(static_cast<std::size_t>(classes) * static_cast<std::size_t>(height) * static_cast<std::size_t>(width));
   for (float& value : tensor.values) value = normal(random);
   return tensor;
 }
@@ -42,7 +42,9 @@ Tensor random_logits(int classes, int height, int width, float spread) {
 // Probability of each class of the label set in one cell, as the words say it.
 std::map<ClassId, double> naive_probabilities(const Tensor& logits, int x, int y) {
   const auto at = [&](std::size_t c) {
-    return static_cast<double>(logits.values[(c * logits.shape[2] + y) * logits.shape[3] + x]);
+    const auto height = static_cast<std::size_t>(logits.shape[2]);
+    const auto width = static_cast<std::size_t>(logits.shape[3]);
+    return static_cast<double>(logits.values[(c * height + static_cast<std::size_t>(y)) * width + static_cast<std::size_t>(x)]);
   };
   double sum = 0;
   for (std::size_t c = 0; c < kClassOf.size(); ++c) sum += std::exp(at(c));

@@ -41,7 +41,8 @@ std::vector<Tensor> random_outputs(unsigned seed) {
   const auto tensor = [&](int channels, int side, float mean, float spread) {
     std::normal_distribution<float> normal(mean, spread);
     Tensor result{{1, channels, side, side}, {}};
-    result.values.resize(static_cast<std::size_t>(channels * side * side));
+    const auto cells = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    result.values.resize(static_cast<std::size_t>(channels) * cells);
     for (float& value : result.values) value = normal(random);
     return result;
   };
@@ -54,7 +55,10 @@ std::vector<Tensor> random_outputs(unsigned seed) {
 }
 
 double at(const Tensor& tensor, int channel, int y, int x) {
-  return tensor.values[static_cast<std::size_t>((channel * tensor.shape[2] + y) * tensor.shape[3] + x)];
+  const auto height = static_cast<std::size_t>(tensor.shape[2]);
+  const auto width = static_cast<std::size_t>(tensor.shape[3]);
+  return tensor
+      .values[(static_cast<std::size_t>(channel) * height + static_cast<std::size_t>(y)) * width + static_cast<std::size_t>(x)];
 }
 
 double sigmoid(double x) { return 1 / (1 + std::exp(-x)); }
@@ -78,31 +82,63 @@ double naive_side(const Tensor& boxes, int side, int y, int x) {
   return weighted / sum;
 }
 
-Image<std::uint8_t> naive_mask(const NaiveObject& object, const Tensor& coefficients, int cell_y, int cell_x,
-                               const Tensor& prototypes, const Placement& p) {
+// A cell of one of the three grids.
+struct Cell {
+  std::size_t stride_index;
+  int x, y;
+};
+
+// Bilinear interpolation of the mask scores at a place on the prototypes' grid.
+double naive_mask_score(const std::vector<Tensor>& outputs, const Cell& cell, double x, double y) {
+  x = std::clamp(x, 0.0, kPrototypeSide - 1.0);
+  y = std::clamp(y, 0.0, kPrototypeSide - 1.0);
+  double value = 0;
+  for (int j = 0; j < kPrototypeSide; ++j) {
+    for (int i = 0; i < kPrototypeSide; ++i) {
+      const double share = std::max(0.0, 1 - std::abs(x - i)) * std::max(0.0, 1 - std::abs(y - j));
+      if (share == 0) continue;
+      double dot = 0;
+      for (int k = 0; k < kPrototypes; ++k) {
+        dot += at(outputs[6 + cell.stride_index], k, cell.y, cell.x) * at(outputs[9], k, j, i);
+      }
+      value += share * sigmoid(dot);
+    }
+  }
+  return value;
+}
+
+Image<std::uint8_t> naive_mask(const std::vector<Tensor>& outputs, const Cell& cell, const NaiveObject& object,
+                               const Placement& p) {
   Image<std::uint8_t> mask(p.image_width, p.image_height);
-  const auto score = [&](int x, int y) {
-    double dot = 0;
-    for (int i = 0; i < kPrototypes; ++i) dot += at(coefficients, i, cell_y, cell_x) * at(prototypes, i, y, x);
-    return sigmoid(dot);
-  };
+  const double ratio = static_cast<double>(kPrototypeSide) / kInput;
   for (int v = 0; v < p.image_height; ++v) {
     for (int u = 0; u < p.image_width; ++u) {
       if (u + 0.5 < object.left || u + 0.5 >= object.right || v + 0.5 < object.top || v + 0.5 >= object.bottom) continue;
-      const double ratio = static_cast<double>(kPrototypeSide) / kInput;
-      const double x = std::clamp((u + 0.5) * p.scale_x * ratio - 0.5, 0.0, kPrototypeSide - 1.0);
-      const double y = std::clamp((v + 0.5) * p.scale_y * ratio - 0.5, 0.0, kPrototypeSide - 1.0);
-      double value = 0;
-      for (int j = 0; j < kPrototypeSide; ++j) {
-        for (int i = 0; i < kPrototypeSide; ++i) {
-          const double share = std::max(0.0, 1 - std::abs(x - i)) * std::max(0.0, 1 - std::abs(y - j));
-          if (share > 0) value += share * score(i, j);
-        }
-      }
-      mask(u, v) = value > 0.5 ? 1 : 0;
+      const double score =
+          naive_mask_score(outputs, cell, (u + 0.5) * p.scale_x * ratio - 0.5, (v + 0.5) * p.scale_y * ratio - 0.5);
+      mask(u, v) = score > 0.5 ? 1 : 0;
     }
   }
   return mask;
+}
+
+NaiveObject naive_object(const std::vector<Tensor>& outputs, const Cell& cell, const Placement& p) {
+  const Tensor& boxes = outputs[cell.stride_index];
+  const double stride = static_cast<double>(kInput) / boxes.shape[3];
+  NaiveObject object{};
+  for (std::size_t c = 0; c < kClassOf.size(); ++c) {
+    const double score = sigmoid(at(outputs[3 + cell.stride_index], static_cast<int>(c), cell.y, cell.x));
+    if (kClassOf[c] != ClassId::kUnknown) object.probabilities[kClassOf[c]] += score;
+    if (score <= object.score) continue;
+    object.score = score;
+    object.class_id = kClassOf[c];
+  }
+  object.left = (cell.x + 0.5 - naive_side(boxes, 0, cell.y, cell.x)) * stride / p.scale_x;
+  object.top = (cell.y + 0.5 - naive_side(boxes, 1, cell.y, cell.x)) * stride / p.scale_y;
+  object.right = (cell.x + 0.5 + naive_side(boxes, 2, cell.y, cell.x)) * stride / p.scale_x;
+  object.bottom = (cell.y + 0.5 + naive_side(boxes, 3, cell.y, cell.x)) * stride / p.scale_y;
+  object.mask = naive_mask(outputs, cell, object, p);
+  return object;
 }
 
 double naive_overlap(const NaiveObject& a, const NaiveObject& b) {
@@ -116,26 +152,11 @@ double naive_overlap(const NaiveObject& a, const NaiveObject& b) {
 std::vector<NaiveObject> naive_objects(const std::vector<Tensor>& outputs, const Placement& p) {
   std::vector<NaiveObject> objects;
   for (std::size_t s = 0; s < 3; ++s) {
-    const int side = outputs[s].shape[3];
-    const double stride = static_cast<double>(kInput) / side;
-    for (int y = 0; y < side; ++y) {
-      for (int x = 0; x < side; ++x) {
-        int best = 0;
-        for (int c = 1; c < static_cast<int>(kClassOf.size()); ++c)
-          best = at(outputs[3 + s], c, y, x) > at(outputs[3 + s], best, y, x) ? c : best;
-        NaiveObject object{kClassOf[static_cast<std::size_t>(best)], sigmoid(at(outputs[3 + s], best, y, x)), 0, 0, 0, 0, {}, {}};
-        if (object.class_id == ClassId::kUnknown || object.score < 0.3) continue;
-        object.left = (x + 0.5 - naive_side(outputs[s], 0, y, x)) * stride / p.scale_x;
-        object.top = (y + 0.5 - naive_side(outputs[s], 1, y, x)) * stride / p.scale_y;
-        object.right = (x + 0.5 + naive_side(outputs[s], 2, y, x)) * stride / p.scale_x;
-        object.bottom = (y + 0.5 + naive_side(outputs[s], 3, y, x)) * stride / p.scale_y;
-        for (int c = 0; c < static_cast<int>(kClassOf.size()); ++c) {
-          const ClassId id = kClassOf[static_cast<std::size_t>(c)];
-          if (id != ClassId::kUnknown) object.probabilities[id] += sigmoid(at(outputs[3 + s], c, y, x));
-        }
-        object.mask = naive_mask(object, outputs[6 + s], y, x, outputs[9], p);
-        objects.push_back(object);
-      }
+    for (int i = 0; i < outputs[s].shape[2] * outputs[s].shape[3]; ++i) {
+      const int side = outputs[s].shape[3];
+      const int row = i / side;
+      const NaiveObject object = naive_object(outputs, {s, i % side, row}, p);
+      if (object.class_id != ClassId::kUnknown && object.score >= 0.3) objects.push_back(object);
     }
   }
   std::stable_sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.score > b.score; });

@@ -28,7 +28,7 @@ constexpr const char* kClasses = "classes = [\"wall\", \"couch\", \"lamp\"]\n";
 constexpr const char* kInput = "[input]\nwidth = 4\nheight = 2\n";
 
 std::filesystem::path write_model(const std::string& text) {
-  const std::filesystem::path file = fresh_folder() / "tiny.toml";
+  std::filesystem::path file = fresh_folder() / "tiny.toml";
   write_file(file, text);
   return file;
 }

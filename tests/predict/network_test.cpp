@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(Network, EveryEngine, testing::ValuesIn(built_in_engine
                          [](const auto& engine) { return std::string(name_of(engine.param)); });
 
 std::filesystem::path write_classifier(const std::vector<float>& weights) {
-  const std::filesystem::path file = fresh_folder() / "tiny.onnx";
+  std::filesystem::path file = fresh_folder() / "tiny.onnx";
   write_file(file, test::color_classifier(4, 2, weights));
   return file;
 }

@@ -48,7 +48,7 @@ Segmentation random_segmentation(unsigned seed) {
 }
 
 std::filesystem::path written(std::int64_t index = 5) {
-  const std::filesystem::path folder = fresh_folder();
+  std::filesystem::path folder = fresh_folder();
   PredictionWriter(folder, labels(), "test").write(index, random_segmentation(1));
   return folder;
 }
@@ -120,7 +120,7 @@ TEST(Predictions, RefuseAWrongIndexFile) {
     Json bad = good;
     change(bad);
     write_json_file(file, bad);
-    const std::string message = error_of([&] { make_file_predictor(folder); });
+    std::string message = error_of([&] { make_file_predictor(folder); });
     EXPECT_THAT(message, HasSubstr(file.string()));
     return message;
   };
@@ -148,7 +148,7 @@ TEST(Predictions, RefuseAWrongFrameFile) {
     Json bad = good;
     change(bad);
     write_json_file(file, bad);
-    const std::string message = error_of([&] { predictor->predict(frame_number(5)); });
+    std::string message = error_of([&] { predictor->predict(frame_number(5)); });
     EXPECT_THAT(message, HasSubstr("000005."));
     return message;
   };
