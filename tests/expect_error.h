@@ -18,7 +18,7 @@ inline std::string error_of(const std::function<void()>& action) {
   try {
     action();
   } catch (const Error& error) {
-    const std::string message = error.what();
+    std::string message = error.what();
     EXPECT_EQ(message.find('\n'), std::string::npos) << "an error is one line: " << message;
     EXPECT_FALSE(message.empty());
     return message;
