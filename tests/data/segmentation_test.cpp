@@ -65,9 +65,10 @@ void expect_equation_1(const Image<ClassId>& semantic, const std::vector<Instanc
       }
     }
   }
-  for (std::uint16_t s = 1; s <= fused.segments.size(); ++s) {
+  for (std::size_t s = 1; s <= fused.segments.size(); ++s) {
     const auto pixels = fused.segment_at.pixels();
-    ASSERT_NE(std::find(pixels.begin(), pixels.end(), s), pixels.end()) << "segment " << s << " keeps no pixel";
+    ASSERT_NE(std::find(pixels.begin(), pixels.end(), static_cast<std::uint16_t>(s)), pixels.end())
+        << "segment " << s << " keeps no pixel";
   }
 }
 
