@@ -58,27 +58,35 @@ std::size_t FrameRange::count(std::size_t dataset_size) const {
 struct FrameStream::State {
   State(const Dataset& d, FrameRange r, std::size_t a) : dataset(d), range(r), ahead(std::max<std::size_t>(a, 1)) {}
 
-  void decode() {
+  // The decoding thread.
+  void run() {
+    std::exception_ptr thrown;
     try {
-      const std::size_t count = range.count(dataset.size());
-      for (std::size_t i = 0; i < count; ++i) {
-        {
-          std::unique_lock lock(mutex);
-          room.wait(lock, [&] { return stop || queue.size() < ahead; });
-          if (stop) return;
-        }
-        ReadResult result = dataset.read(range.begin + i * range.step);
-        const std::lock_guard lock(mutex);
-        queue.push_back(std::move(result));
-        filled.notify_one();
-      }
+      decode_all();
     } catch (...) {
-      const std::lock_guard lock(mutex);
-      failure = std::current_exception();
+      thrown = std::current_exception();
     }
     const std::lock_guard lock(mutex);
+    failure = thrown;
     finished = true;
     filled.notify_one();
+  }
+
+  void decode_all() {
+    const std::size_t count = range.count(dataset.size());
+    for (std::size_t i = 0; i < count && wait_for_room(); ++i) {
+      ReadResult result = dataset.read(range.begin + i * range.step);
+      const std::lock_guard lock(mutex);
+      queue.push_back(std::move(result));
+      filled.notify_one();
+    }
+  }
+
+  // False: stop.
+  bool wait_for_room() {
+    std::unique_lock lock(mutex);
+    room.wait(lock, [this] { return stop || queue.size() < ahead; });
+    return !stop;
   }
 
   const Dataset& dataset;
@@ -97,7 +105,7 @@ struct FrameStream::State {
 
 FrameStream::FrameStream(const Dataset& dataset, FrameRange range, std::size_t ahead)
     : state_(std::make_unique<State>(dataset, range, ahead)) {
-  state_->thread = std::thread([state = state_.get()] { state->decode(); });
+  state_->thread = std::thread([state = state_.get()] { state->run(); });
 }
 
 FrameStream::~FrameStream() {

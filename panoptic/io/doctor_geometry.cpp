@@ -81,21 +81,28 @@ std::string axes_name(const Eigen::Matrix3d& axes) {
   return fmt::format("with camera axes right, down, forward = {}, {}, {}", names[0], names[1], names[2]);
 }
 
+Eigen::Matrix3d signed_permutation(const std::array<int, 3>& order, unsigned negative) {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
+  for (unsigned column = 0; column < order.size(); ++column)
+    axes(order.at(column), column) = (negative >> column & 1U) != 0 ? -1 : 1;
+  return axes;
+}
+
+PoseConvention named(const Eigen::Matrix3d& axes, bool inverse) {
+  const std::string name = axes_name(axes);
+  if (!inverse) return {name, inverse, axes};
+  return {axes.isIdentity() ? "inverse (camera from world)" : "inverse (camera from world), " + name, inverse, axes};
+}
+
 // Every way to name the three axes, mirrored ones too, for poses and inverse poses. The declared one comes first.
 std::vector<PoseConvention> all_conventions() {
-  constexpr int kSigns = 8;
+  constexpr unsigned kSigns = 8;
   std::vector<PoseConvention> conventions;
   for (const bool inverse : {false, true}) {
     std::array<int, 3> order = {0, 1, 2};
     do {
-      for (int signs = 0; signs < kSigns; ++signs) {
-        Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
-        for (int column = 0; column < 3; ++column) {
-          axes(order.at(static_cast<std::size_t>(column)), column) = (signs >> column & 1) != 0 ? -1 : 1;
-        }
-        const std::string name =
-            inverse ? "inverse (camera from world)" + (axes.isIdentity() ? "" : ", " + axes_name(axes)) : axes_name(axes);
-        conventions.push_back({name, inverse, axes});
+      for (unsigned negative = 0; negative < kSigns; ++negative) {
+        conventions.push_back(named(signed_permutation(order, negative), inverse));
       }
     } while (std::next_permutation(order.begin(), order.end()));
   }

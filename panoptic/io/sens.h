@@ -18,6 +18,8 @@ class SensDataset : public Dataset {
   // that is cut off, lies about its sizes, or uses a compression that cannot be read.
   explicit SensDataset(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
   ~SensDataset() override;
+  SensDataset(const SensDataset&) = delete;
+  SensDataset& operator=(const SensDataset&) = delete;
 
   std::string description() const override;
   std::size_t size() const override;
