@@ -113,6 +113,10 @@ int run(const Arguments& arguments) {
   write_outputs(arguments.output, session, options, summary);
   print_closing(session, arguments.output);
   if (failure) throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", failure->what(), arguments.output));
+  if (summary.complete && session.frames().used() == 0) {
+    throw Error(fmt::format("{}: no frame was usable; {}/report.json lists why, panoptic doctor looks closer", arguments.dataset,
+                            arguments.output));
+  }
   if (!summary.complete) fmt::print(stderr, "interrupted: the map so far is in {}, marked incomplete\n", arguments.output);
   return summary.complete ? kDone : kInterrupted;
 }

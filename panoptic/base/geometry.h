@@ -6,12 +6,20 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 
 namespace panoptic {
 
 using Vec3f = Eigen::Vector3f;
 using Vec3d = Eigen::Vector3d;
 using Pose = Eigen::Isometry3d;
+
+// The largest integer not above the value. std::floor is a library call on CPUs of the x86-64 baseline; this is not.
+// REQUIRES a value within the range of int32.
+inline std::int32_t floor_to_int(float value) {
+  const auto truncated = static_cast<std::int32_t>(value);
+  return truncated - (value < static_cast<float>(truncated) ? 1 : 0);
+}
 
 // A pinhole camera without distortion. Pixel centres lie at integer coordinates:
 // u = fx * X / Z + cx, v = fy * Y / Z + cy.

@@ -6,6 +6,7 @@
 #include <thread>
 
 #ifdef PANOPTIC_PARALLEL_TBB
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -35,8 +36,16 @@ int thread_count() { return configured_threads(); }
 
 namespace {
 
-std::unique_ptr<tbb::task_arena>& arena() {
-  static std::unique_ptr<tbb::task_arena> instance = std::make_unique<tbb::task_arena>(thread_count());
+struct Workers {
+  explicit Workers(int threads)
+      : limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)), arena(threads) {}
+
+  tbb::global_control limit;  // without it, TBB refuses more threads than cores
+  tbb::task_arena arena;
+};
+
+std::unique_ptr<Workers>& workers() {
+  static std::unique_ptr<Workers> instance = std::make_unique<Workers>(thread_count());
   return instance;
 }
 
@@ -44,7 +53,7 @@ std::unique_ptr<tbb::task_arena>& arena() {
 
 void set_thread_count(int threads) {
   configured_threads() = threads > 0 ? threads : available_cores();
-  arena() = std::make_unique<tbb::task_arena>(thread_count());
+  workers() = std::make_unique<Workers>(thread_count());
 }
 
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -52,7 +61,7 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
     for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
-  arena()->execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
+  workers()->arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
 }
 
 #else

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "panoptic/base/clones.h"
+
 namespace panoptic {
 namespace {
 

@@ -10,15 +10,6 @@
 #include "panoptic/data/labels.h"
 #include "panoptic/map/voxel_block.h"
 
-// Compiles a function for AVX2 and AVX-512 too and picks at run time. Results are the same bits: the build forbids contraction.
-// Off under sanitizers (the resolver runs before TSan is up) and on clang 14 (it lacks the attribute's x86-64 levels).
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define PANOPTIC_CLONES [[gnu::target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")]]
-#else
-#define PANOPTIC_CLONES
-#endif
-
 namespace panoptic {
 
 // The frame as the kernels see it: raw planes with one extra "no reading" pixel at the end, camera numbers in float.

@@ -13,8 +13,6 @@ namespace {
 // Pixels sampled when looking for blocks: at 8 m they are 3 cm apart, a block is 38 cm (16 cm at voxels of 1 cm) wide.
 constexpr int kTouchStride_px = 2;
 
-std::int32_t floor_to_int(float value) { return static_cast<std::int32_t>(std::floor(value)); }
-
 // Block coordinates beyond this are refused before they are turned into integers.
 bool within_grid(const Vec3f& block) { return block.cwiseAbs().maxCoeff() < static_cast<float>(kMaxBlockCoordinate - 2); }
 

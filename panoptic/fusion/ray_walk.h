@@ -23,8 +23,8 @@ void walk_cells(const Vec3f& start, const Vec3f& end, Visit&& visit) {
   int steps = 0;
   for (int a = 0; a < 3; ++a) {
     const float length = end[a] - start[a];
-    cell[a] = static_cast<std::int32_t>(std::floor(start[a]));
-    steps += std::abs(static_cast<std::int32_t>(std::floor(end[a])) - cell[a]);
+    cell[a] = floor_to_int(start[a]);
+    steps += std::abs(floor_to_int(end[a]) - cell[a]);
     step[a] = length > 0 ? 1 : -1;
     const float border = static_cast<float>(cell[a]) + (length > 0 ? 1.0F : 0.0F);
     next[a] = length != 0 ? (border - start[a]) / length : std::numeric_limits<float>::max();

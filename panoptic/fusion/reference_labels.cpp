@@ -25,9 +25,9 @@ void reference_labels(const VoxelMap& map, const Frame& frame, const RegisteredF
       if (z <= 0) continue;
       const auto x = static_cast<float>((u - camera.cx) / camera.fx);
       const Vec3f voxel = (r.col(0) * x + base) * z + t;
-      const auto vx = static_cast<std::int32_t>(std::floor(voxel.x()));
-      const auto vy = static_cast<std::int32_t>(std::floor(voxel.y()));
-      const auto vz = static_cast<std::int32_t>(std::floor(voxel.z()));
+      const auto vx = floor_to_int(voxel.x());
+      const auto vy = floor_to_int(voxel.y());
+      const auto vz = floor_to_int(voxel.z());
       const VoxelBlock* block = lookup.find({vx >> 4, vy >> 4, vz >> 4});
       if (block != nullptr) {
         labels[i] = static_cast<PanopticId>(block->label[static_cast<std::size_t>(voxel_offset(vx & 15, vy & 15, vz & 15))]);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "panoptic/base/clones.h"
 #include "panoptic/base/parallel.h"
 
 namespace panoptic {
@@ -15,7 +16,7 @@ constexpr int kCell_px = 2;
 // A surface this much behind the nearest one in its cell is hidden: more than depth noise and slant within a cell.
 constexpr float kHiddenBehind_m = 0.03F;
 constexpr float kHiddenBehindShare = 0.02F;
-constexpr int kBands = 8;
+constexpr int kBands = 4;
 
 int cells(int pixels) { return (pixels + kCell_px - 1) / kCell_px; }
 
@@ -31,6 +32,50 @@ Rows band_rows(std::size_t band, int height) {
 }
 
 }  // namespace
+
+namespace kernels {
+
+// How one row of depth pixels maps into the colour image: pixel u at depth z is the point z * (per_x * x(u) + base) + offset of
+// the colour camera, x(u) = x_first + u * x_step.
+struct RowProjection {
+  float per_x[3], base[3], offset[3];
+  float x_first, x_step;
+  float fx, fy, cx, cy;
+  int depth_width, color_width, color_height;
+};
+struct ProjectedRow {
+  std::int32_t* color_pixel;
+  std::int32_t* cell;
+  float* color_depth;
+};
+
+void project_row(const RowProjection& p, const float* depth, const ProjectedRow& out);
+
+PANOPTIC_CLONES
+void project_row(const RowProjection& p, const float* depth, const ProjectedRow& out) {
+  const auto width = static_cast<float>(p.color_width);
+  const auto height = static_cast<float>(p.color_height);
+  const int cell_width = cells(p.color_width);
+  std::int32_t* __restrict color_pixel = out.color_pixel;
+  std::int32_t* __restrict cell = out.cell;
+  float* __restrict color_depth = out.color_depth;
+  for (int u = 0; u < p.depth_width; ++u) {
+    const float z = depth[u];
+    const float x = p.x_first + static_cast<float>(u) * p.x_step;
+    const float zc = z * (p.per_x[2] * x + p.base[2]) + p.offset[2];
+    const float inverse = 1.0F / zc;
+    const float uc = p.fx * (z * (p.per_x[0] * x + p.base[0]) + p.offset[0]) * inverse + p.cx + 0.5F;
+    const float vc = p.fy * (z * (p.per_x[1] * x + p.base[1]) + p.offset[1]) * inverse + p.cy + 0.5F;
+    const bool inside = (z > 0) & (zc > 0) & (uc >= 0) & (uc < width) & (vc >= 0) & (vc < height);
+    const auto ui = static_cast<std::int32_t>(inside ? uc : 0.0F);
+    const auto vi = static_cast<std::int32_t>(inside ? vc : 0.0F);
+    color_pixel[u] = inside ? vi * p.color_width + ui : -1;
+    cell[u] = vi / kCell_px * cell_width + ui / kCell_px;
+    color_depth[u] = zc;
+  }
+}
+
+}  // namespace kernels
 
 Fields fields(DepthOptions& o) {
   return {{"min_m", &o.min_m, "nearer depth readings are ignored", in_range(0, 100)},
@@ -79,52 +124,44 @@ void Registration::gather_registered(const Frame& frame, const Segmentation& seg
   }
 }
 
-// Every depth pixel into the colour image: rows side by side, straight-line code that vectorises.
+// Every depth pixel into the colour image.
 void Registration::project(const Frame& frame) {
   color_pixel_.resize(result_.pixel_count());
+  cell_.resize(result_.pixel_count());
   color_depth_.resize(result_.pixel_count());
   const Camera& d = frame.depth_camera;
   const Camera& c = frame.color_camera;
   const Eigen::Matrix3f r = frame.color_from_depth.linear().cast<float>();
   const Vec3f t = frame.color_from_depth.translation().cast<float>();
-  const auto fx = static_cast<float>(c.fx);
-  const auto fy = static_cast<float>(c.fy);
-  const auto cx = static_cast<float>(c.cx);
-  const auto cy = static_cast<float>(c.cy);
-  const auto width = static_cast<float>(c.width);
-  const auto height = static_cast<float>(c.height);
   parallel_for(static_cast<std::size_t>(result_.height), [&](std::size_t row) {
     const auto y = static_cast<float>((static_cast<double>(row) - d.cy) / d.fy);
-    const auto x0 = static_cast<float>(-d.cx / d.fx);
-    const auto x_step = static_cast<float>(1 / d.fx);
     const Vec3f base = r.col(1) * y + r.col(2);
-    const std::size_t first = row * static_cast<std::size_t>(result_.width);
-    const float* depth = result_.depth.data() + first;
-    std::int32_t* pixel = color_pixel_.data() + first;
-    float* color_depth = color_depth_.data() + first;
-    const float rx = r(0, 0), ry = r(1, 0), rz = r(2, 0), bx = base.x(), by = base.y(), bz = base.z();
-    const float tx = t.x(), ty = t.y(), tz = t.z();
-    for (int u = 0; u < result_.width; ++u) {
-      const float z = depth[u];
-      const float x = x0 + static_cast<float>(u) * x_step;
-      const float zc = z * (rz * x + bz) + tz;
-      const float inverse = 1.0F / zc;
-      const float uc = fx * (z * (rx * x + bx) + tx) * inverse + cx + 0.5F;
-      const float vc = fy * (z * (ry * x + by) + ty) * inverse + cy + 0.5F;
-      const bool inside = (z > 0) & (zc > 0) & (uc >= 0) & (uc < width) & (vc >= 0) & (vc < height);
-      const auto ui = static_cast<std::int32_t>(inside ? uc : 0.0F);
-      const auto vi = static_cast<std::int32_t>(inside ? vc : 0.0F);
-      pixel[u] = inside ? vi * c.width + ui : -1;
-      color_depth[u] = zc;
+    kernels::RowProjection p{};
+    for (int a = 0; a < 3; ++a) {
+      p.per_x[a] = r(a, 0);
+      p.base[a] = base[a];
+      p.offset[a] = t[a];
     }
+    p.x_first = static_cast<float>(-d.cx / d.fx);
+    p.x_step = static_cast<float>(1 / d.fx);
+    p.fx = static_cast<float>(c.fx);
+    p.fy = static_cast<float>(c.fy);
+    p.cx = static_cast<float>(c.cx);
+    p.cy = static_cast<float>(c.cy);
+    p.depth_width = result_.width;
+    p.color_width = c.width;
+    p.color_height = c.height;
+    const std::size_t first = row * static_cast<std::size_t>(result_.width);
+    kernels::project_row(p, result_.depth.data() + first,
+                         {color_pixel_.data() + first, cell_.data() + first, color_depth_.data() + first});
   });
 }
 
 // The smallest colour-camera depth per cell. Bands of rows fill tables of their own, which are then merged: a minimum does not
 // depend on the order.
 void Registration::find_nearest(const Frame& frame) {
-  const int cell_width = cells(frame.color.width());
-  const std::size_t cell_count = static_cast<std::size_t>(cell_width) * static_cast<std::size_t>(cells(frame.color.height()));
+  const std::size_t cell_count =
+      static_cast<std::size_t>(cells(frame.color.width())) * static_cast<std::size_t>(cells(frame.color.height()));
   nearest_.resize(kBands);
   parallel_for(kBands, [&](std::size_t band) {
     nearest_[band].assign(cell_count, std::numeric_limits<float>::max());
@@ -134,9 +171,7 @@ void Registration::find_nearest(const Frame& frame) {
     const std::size_t end = static_cast<std::size_t>(rows.end) * static_cast<std::size_t>(result_.width);
     for (std::size_t i = begin; i < end; ++i) {
       if (color_pixel_[i] < 0) continue;
-      const int u = color_pixel_[i] % frame.color.width();
-      const int v = color_pixel_[i] / frame.color.width();
-      float& cell = nearest[(v / kCell_px) * cell_width + u / kCell_px];
+      float& cell = nearest[cell_[i]];
       cell = std::min(cell, color_depth_[i]);
     }
   });
@@ -147,16 +182,13 @@ void Registration::find_nearest(const Frame& frame) {
 
 void Registration::gather_visible(const Frame& frame, const Segmentation& segmentation) {
   const bool labelled = !segmentation.segment_at.empty();
-  const int cell_width = cells(frame.color.width());
   parallel_for(static_cast<std::size_t>(result_.height), [&](std::size_t row) {
     const std::size_t begin = row * static_cast<std::size_t>(result_.width);
     for (std::size_t i = begin; i < begin + static_cast<std::size_t>(result_.width); ++i) {
       result_.color[i] = 0;
       result_.segment[i] = RegisteredFrame::kNoSegment;
       if (color_pixel_[i] < 0) continue;
-      const int u = color_pixel_[i] % frame.color.width();
-      const int v = color_pixel_[i] / frame.color.width();
-      const float nearest = nearest_[0][static_cast<std::size_t>((v / kCell_px) * cell_width + u / kCell_px)];
+      const float nearest = nearest_[0][static_cast<std::size_t>(cell_[i])];
       if (color_depth_[i] > nearest + std::max(kHiddenBehind_m, kHiddenBehindShare * nearest)) continue;
       const auto source = static_cast<std::size_t>(color_pixel_[i]);
       result_.color[i] = packed(frame.color[source]);

@@ -55,6 +55,7 @@ class Registration {
   DepthOptions options_;
   RegisteredFrame result_;
   std::vector<std::int32_t> color_pixel_;    // per depth pixel: index into the colour image, or -1
+  std::vector<std::int32_t> cell_;           // per depth pixel: cell of the visibility test, where color_pixel_ is one
   std::vector<float> color_depth_;           // per depth pixel: z in the colour camera
   std::vector<std::vector<float>> nearest_;  // per band of rows: smallest z per cell of the colour image
 };

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/apps/program.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <sstream>
+
+#include "panoptic/base/files.h"
+#include "panoptic/base/image_io.h"
+#include "tests/fusion/scenes.h"
+
+namespace panoptic::test {
+namespace {
+
+[[noreturn]] void become_program(const std::vector<std::string>& arguments, const std::filesystem::path& out,
+                                 const std::filesystem::path& err) {
+  std::vector<char*> argv{const_cast<char*>(PANOPTIC_PROGRAM)};
+  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), STDOUT_FILENO);
+  dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), STDERR_FILENO);
+  execv(PANOPTIC_PROGRAM, argv.data());
+  _exit(127);
+}
+
+}  // namespace
+
+ProgramResult run_program(const std::vector<std::string>& arguments, const std::function<void()>& in_child,
+                          const std::function<void(int)>& while_running) {
+  const std::filesystem::path folder = fresh_folder("program_output");
+  const pid_t pid = fork();
+  if (pid == 0) {
+    if (in_child) in_child();
+    become_program(arguments, folder / "out", folder / "err");
+  }
+  if (while_running) while_running(pid);
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(folder / "out"), read_file(folder / "err")};
+}
+
+std::filesystem::path fresh_folder(const std::string& name) {
+  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / fmt::format("panoptic_{}_{}_{}", info->test_suite_name(), info->name(), name);
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+Frame orbit_frame(int index) {
+  const Surface scene = nearest_of({sphere({0, 0, 0}, 0.6), plane(Vec3d::UnitY(), 0.6)});
+  const double angle = 0.08 * index;
+  const Camera camera{160, 120, 146.25, 146.25, 80, 60};
+  return render(scene, camera, look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), index);
+}
+
+void write_orbit_recording(const std::filesystem::path& folder, int frames) {
+  std::filesystem::create_directories(folder);
+  write_file(folder / "camera-intrinsics.txt", "146.25 0 80\n0 146.25 60\n0 0 1\n");
+  for (int i = 0; i < frames; ++i) {
+    const Frame frame = orbit_frame(i);
+    Image<std::uint16_t> depth_mm(160, 120);
+    for (std::size_t p = 0; p < depth_mm.size(); ++p)
+      depth_mm[p] = static_cast<std::uint16_t>(std::min(frame.depth[p], 60.0F) * 1000);
+    const std::filesystem::path stem = folder / fmt::format("frame-{:06}", i);
+    write_png(stem.string() + ".depth.png", depth_mm);
+    write_png(stem.string() + ".color.png", frame.color);
+    std::ostringstream pose;
+    pose.precision(12);
+    pose << frame.world_from_camera.matrix() << "\n";
+    write_file(stem.string() + ".pose.txt", pose.str());
+  }
+}
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> result;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) result.push_back(line);
+  return result;
+}
+
+}  // namespace panoptic::test

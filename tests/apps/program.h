@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Runs the panoptic program as a user does, and writes recordings for it.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "panoptic/base/json.h"
+#include "panoptic/data/frame.h"
+
+namespace panoptic::test {
+
+struct ProgramResult {
+  int exit_code = -1;  // 128 + signal if it was killed
+  std::string out;
+  std::string err;
+};
+
+// `in_child` runs in the child before the program starts (limits, signals); `while_running` in the parent, with the child's pid.
+ProgramResult run_program(const std::vector<std::string>& arguments, const std::function<void()>& in_child = {},
+                          const std::function<void(int pid)>& while_running = {});
+
+// An empty folder of this test's own.
+std::filesystem::path fresh_folder(const std::string& name);
+
+// A ball on a floor, seen from an orbit, as a 7-Scenes recording in the folder.
+void write_orbit_recording(const std::filesystem::path& folder, int frames);
+Frame orbit_frame(int index);
+
+std::vector<std::string> lines(const std::string& text);
+
+}  // namespace panoptic::test

@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/session/session.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "panoptic/base/parallel.h"
+#include "tests/fusion/scenes.h"
+
+namespace panoptic {
+namespace {
+
+using test::halves;
+using test::look_at;
+using test::render;
+using test::small_camera;
+using test::Surface;
+
+Frame orbit_frame(int i) {
+  const Surface scene = test::nearest_of({test::sphere({0, 0, 0}, 0.6), test::plane(Vec3d::UnitY(), 0.6)});
+  const double angle = 0.05 * i;
+  return render(scene, small_camera(), look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), i);
+}
+
+// The ball is a chair, the floor is floor: labels that hold from every side.
+Segmentation segmented(const Frame& frame) {
+  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()),
+                 {{ClassId{3}, 0.9F, {{ClassId{3}, 1.0F}}}, {ClassId{2}, 1, {}}}};
+  for (int v = 0; v < frame.depth.height(); ++v) {
+    for (int u = 0; u < frame.depth.width(); ++u) {
+      const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
+      s.segment_at(u, v) = p.y() > 0.599 ? 2 : 1;
+    }
+  }
+  return s;
+}
+
+TEST(Session, ABallOnAFloorIsOneChairOnAFloorFromAllSides) {
+  Session session({}, test::test_labels());
+  for (int i = 0; i < 120; i += 4) {
+    const Frame frame = orbit_frame(i);
+    ASSERT_EQ(session.add(frame, segmented(frame)), std::nullopt);
+  }
+  ASSERT_EQ(session.objects().objects().size(), 1U) << "one object, re-identified in every frame";
+  EXPECT_EQ(session.objects().objects()[0].observations, 30U);
+  const Mesh mesh = session.mesh();
+  int right = 0;
+  for (const MeshVertex& v : mesh.vertices) {
+    const bool on_floor = v.position.y() > 0.55F;
+    right += v.class_id == (on_floor ? ClassId{2} : ClassId{3}) ? 1 : 0;
+  }
+  EXPECT_GT(right, static_cast<int>(mesh.vertices.size()) * 95 / 100);
+  EXPECT_GT(session.up().dot(-Vec3d::UnitY()), 0.8);
+}
+
+TEST(Session, TheSameFramesGiveTheSameMapAtAnyThreadCount) {
+  std::uint64_t hashes[3];
+  for (const std::size_t k : {0U, 1U, 2U}) {
+    set_thread_count(static_cast<int>(k) * 2 + 1);
+    Session session({}, test::test_labels());
+    for (int i = 0; i < 40; i += 4) session.add(orbit_frame(i), halves(small_camera()));
+    hashes[k] = session.map().hash();
+  }
+  set_thread_count(0);
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Session, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
+  Session session({}, test::test_labels());
+  const Frame good = orbit_frame(0);
+  ASSERT_EQ(session.add(good, halves(small_camera())), std::nullopt);
+  const std::uint64_t before = session.map().hash();
+
+  Frame nan_pose = good;
+  nan_pose.world_from_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  Frame infinite_pose = good;
+  infinite_pose.world_from_camera.matrix().setConstant(-std::numeric_limits<double>::infinity());
+  Frame sheared = good;
+  sheared.world_from_camera.linear()(0, 0) += 0.5;
+  Frame no_depth = good;
+  no_depth.depth = Image<float>(good.depth.width(), good.depth.height());
+  Frame wrong_size = good;
+  wrong_size.depth = Image<float>(7, 5, 1.0F);
+  Frame no_color = good;
+  no_color.color = {};
+  for (const Frame* bad : {&nan_pose, &infinite_pose, &sheared, &no_depth, &wrong_size, &no_color}) {
+    EXPECT_TRUE(session.add(*bad, {}).has_value());
+  }
+  Segmentation too_small{Image<std::uint16_t>(3, 3), {}};
+  EXPECT_TRUE(session.add(good, too_small).has_value());
+  Segmentation dangling = halves(small_camera());
+  dangling.segment_at(0, 0) = 9;
+  EXPECT_TRUE(session.add(good, dangling).has_value());
+
+  EXPECT_EQ(session.map().hash(), before);
+  EXPECT_EQ(session.frames().used(), 1U);
+  EXPECT_EQ(session.frames().skipped(), 8U);
+  EXPECT_EQ(session.frames().skipped_by_reason().at("pose is not finite"), 2U);
+}
+
+TEST(Session, AFrameWithoutAPredictionAddsGeometryOnly) {
+  Session session({}, test::test_labels());
+  ASSERT_EQ(session.add(orbit_frame(0), {}), std::nullopt);
+  EXPECT_TRUE(session.objects().objects().empty());
+  for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, PanopticId::kUnknown);
+}
+
+// A run of a million frames must not grow with frames: after the place is mapped, nothing that a session holds gets larger.
+TEST(Session, MemoryDoesNotGrowWithFrames) {
+  Session session({}, test::test_labels());
+  const Frame frame = orbit_frame(0);
+  const Segmentation segmentation = segmented(frame);
+  const auto bad = [&] {
+    Frame f = frame;
+    f.world_from_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
+    return f;
+  }();
+  const auto add_many = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      session.add(frame, segmentation);
+      session.add(bad, {});
+    }
+  };
+  add_many(1100);  // more bad frames than are listed one by one
+  const double settled_mb = peak_rss_mb();
+  add_many(500);
+  EXPECT_EQ(session.objects().objects().size(), 1U);
+  EXPECT_LE(session.frames().first_skipped().size(), FrameLog::kMaxListed);
+  EXPECT_LT(peak_rss_mb() - settled_mb, 1.0);
+}
+
+TEST(Session, StagesAddUpToFusion) {
+  Session session({}, test::test_labels());
+  for (int i = 0; i < 10; ++i) session.add(orbit_frame(i), halves(small_camera()));
+  double sum_s = 0;
+  for (const char* stage : {"register", "reference", "track", "integrate"}) {
+    ASSERT_EQ(session.profile().stages().at(stage).count(), 10U) << stage;
+    sum_s += session.profile().stages().at(stage).total_s();
+  }
+  EXPECT_NEAR(sum_s, session.profile().stages().at("fusion").total_s(), 0.001);
+}
+
+TEST(Options, RoundTripThroughToml) {
+  Options a;
+  a.labels = "scannet20";
+  a.map.voxel_size_m = 0.0125F;
+  a.integrator.method = "raycast";
+  Options b;
+  read_toml_text(to_toml(fields(a)), "round trip", fields(b));
+  EXPECT_EQ(to_toml(fields(a)), to_toml(fields(b)));
+  EXPECT_EQ(b.map.voxel_size_m, 0.0125F);
+}
+
+TEST(Options, DefaultsAreThePapers) {
+  const Options o;
+  EXPECT_FLOAT_EQ(o.map.voxel_size_m, 0.024F);
+  EXPECT_FLOAT_EQ(o.map.truncation_voxels, 4);
+  EXPECT_FLOAT_EQ(o.tracker.iou_threshold, 0.25F);
+}
+
+}  // namespace
+}  // namespace panoptic
