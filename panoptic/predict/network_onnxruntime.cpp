@@ -10,6 +10,12 @@
 #include "panoptic/base/error.h"
 #include "panoptic/predict/inference.h"
 
+#ifdef __SANITIZE_ADDRESS__
+// ONNX Runtime keeps some bytes to the end of the process; what this project allocates is still checked.
+extern "C" const char* __lsan_default_suppressions();  // asked for by the sanitizer
+extern "C" const char* __lsan_default_suppressions() { return "leak:libonnxruntime.so"; }
+#endif
+
 namespace panoptic {
 namespace {
 
