@@ -22,7 +22,7 @@ constexpr double kFieldOfView = 42 * pi / 180;      // across
 constexpr double kPlanFieldOfView = 24 * pi / 180;  // from far above, so that walls take little of the picture
 constexpr double kElevation = 40 * pi / 180;
 constexpr std::size_t kMaxSamples = 40000;
-constexpr double kStray = 0.002;  // this share of a mesh may be odd bits far away from the rest
+constexpr double kStray = 0.006;  // this share of a mesh may be odd bits far away from the rest
 
 struct Patch {
   Vec3d at = Vec3d::Zero();
@@ -63,7 +63,7 @@ double share_of(std::vector<double>& values, double share) {
 double bulk_max(std::vector<double> values) {
   const double middle = share_of(values, 0.5);
   const double high = share_of(values, 1 - kStray);
-  return std::min(*std::max_element(values.begin(), values.end()), high + 0.15 * (high - middle));
+  return std::min(*std::max_element(values.begin(), values.end()), high + 0.1 * (high - middle));
 }
 
 // Along one image axis the camera at (c, cz) sees all points with |x - c| <= tan * (z - cz). Returns (c, the nearest cz).
