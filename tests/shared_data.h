@@ -19,6 +19,6 @@ inline std::filesystem::path shared_folder() {
 }  // namespace panoptic::test
 
 // Ends the test as skipped, saying why, where the file or folder is absent. In CI they are there and the test runs.
-#define PANOPTIC_REQUIRE_SHARED(relative)                                                                          \
-  if (!std::filesystem::exists(::panoptic::test::shared_folder() / (relative)))                                    \
+#define PANOPTIC_REQUIRE_SHARED(relative)                                       \
+  if (!std::filesystem::exists(::panoptic::test::shared_folder() / (relative))) \
   GTEST_SKIP() << "needs " << (::panoptic::test::shared_folder() / (relative)) << "; set PANOPTIC_SHARED to its folder"
