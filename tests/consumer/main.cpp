@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Maps one made-up frame, a wall of the first stuff class two metres away, and looks at what came out.
-#include <cstdio>
 #include <panoptic/panoptic.h>
+#include <cstdio>
 
 int main() {
   const panoptic::LabelSet labels = panoptic::load_label_set("indoor");
