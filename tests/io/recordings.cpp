@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 fs::path fresh_folder(const std::string& name) {
   const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path folder =
+  fs::path folder =
       fs::path(::testing::TempDir()) / fmt::format("panoptic_{}_{}_{}", info->test_suite_name(), info->name(), name);
   fs::remove_all(folder);
   fs::create_directories(folder);
@@ -162,7 +162,7 @@ void write_scannet_cpp_export(const fs::path& root) {
 void write_seven_scenes(const fs::path& folder, const std::string& color_suffix) {
   for (int i = 0; i < kFrameCount; ++i) {
     const std::string stem = fmt::format("frame-{:06}", i);
-    write_color(folder / (stem + ".color" + color_suffix), color_image(i));
+    write_color(folder / fmt::format("{}.color{}", stem, color_suffix), color_image(i));
     write_depth(folder / (stem + ".depth.png"), raw_depth(i));
     write_text(folder / (stem + ".pose.txt"), matrix_text(pose_matrix(i), "\t\n"));
   }

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 constexpr std::size_t kFrameHeaderBytes = 64 + 32;
 
 fs::path write_sens(const std::string& bytes) {
-  const fs::path path = fresh_folder("sens") / "scene.sens";
+  fs::path path = fresh_folder("sens") / "scene.sens";
   write_text(path, bytes);
   return path;
 }
