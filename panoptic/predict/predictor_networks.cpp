@@ -69,7 +69,7 @@ class NetworkPredictor final : public Predictor {
 
   const LabelSet& labels() const override { return labels_; }
 
-  // One network after the other, each on all threads: side by side on half of them is slower (docs/networks.md).
+  // One network after the other, each on all threads: side by side on half of them was slower (docs/networks.md).
   Segmentation predict(const Frame& frame) override {
     const Image<Rgb>& color = frame.color;
     if (color.empty()) return {};
