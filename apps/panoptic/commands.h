@@ -12,6 +12,9 @@ int run(const Arguments& arguments);
 int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
 
+// What to say where std::bad_alloc ends.
+constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";
+
 // --frames, or everything. Throws UsageError.
 struct FrameRange;
 FrameRange frame_range_from(const Arguments& arguments);

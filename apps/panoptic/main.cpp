@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <new>
 
 #include "apps/panoptic/commands.h"
 
@@ -29,7 +30,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "panoptic: {}\n", e.what());
     return panoptic::kWrongUsage;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "panoptic: out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)\n");
+    fmt::print(stderr, "panoptic: {}\n", panoptic::kOutOfMemory);
   } catch (const std::exception& e) {
     fmt::print(stderr, "panoptic: {}\n", e.what());
   }

@@ -41,6 +41,7 @@ Progress::~Progress() {
 
 void Progress::advance(std::size_t done) {
   done_ = done;
+  if (done == 0 && !terminal_) return;  // a log need not be told that nothing has happened
   const double interval_s = terminal_ ? kTerminalInterval_s : kLogInterval_s;
   if (since_start_.seconds() - last_drawn_s_ >= interval_s) draw();
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <new>
 #include <optional>
 
 #include "apps/panoptic/commands.h"
@@ -17,26 +18,74 @@
 namespace panoptic {
 namespace {
 
-// Maps frame after frame; returns why it stopped early, or nothing at the end of the range.
-std::optional<std::string> map_frames(FrameStream& stream, Predictor* predictor, Session& session, Progress& progress) {
+// One run while it goes on.
+struct Run {
+  Predictor* predictor = nullptr;  // none: geometry and colour alone
+  Session& session;
+  RunSummary summary;
+  std::int64_t first_used = 0;  // frame numbers, in the order of the recording
+  std::int64_t last_used = 0;
+};
+
+void map_frame(const Frame& frame, Run& run) {
+  Segmentation segmentation;
+  if (run.predictor != nullptr && !why_unusable(frame)) {
+    const Stopwatch predicting;
+    segmentation = run.predictor->predict(frame);
+    run.session.profile().add("predict", predicting.seconds());
+  }
+  if (run.session.add(frame, segmentation)) return;
+  if (run.session.frames().used() == 1) run.first_used = frame.index;
+  run.last_used = frame.index;
+  if (run.predictor != nullptr && segmentation.segment_at.empty()) ++run.summary.without_prediction;
+}
+
+// Frame after frame to the end of the range, or until it is interrupted, which run.summary then says.
+void map_frames(FrameStream& stream, Run& run, Progress& progress) {
   for (std::size_t position = 0;; ++position) {
     progress.advance(position);
-    if (interrupted()) return "interrupted";
+    if (interrupted()) {
+      run.summary.stopped_by = "interrupted";
+      return;
+    }
     const Stopwatch waiting;
     const std::optional<ReadResult> read = stream.next();
-    if (!read) return std::nullopt;
-    session.profile().add("read", waiting.seconds());
-    if (!read->frame) {
-      session.skip(read->skipped);
-      continue;
+    if (!read) return;
+    run.session.profile().add("read", waiting.seconds());
+    if (read->frame) {
+      map_frame(*read->frame, run);
+    } else {
+      run.session.skip(read->skipped);
     }
-    Segmentation segmentation;
-    if (predictor != nullptr && !why_unusable(*read->frame)) {
-      const Stopwatch predicting;
-      segmentation = predictor->predict(*read->frame);
-      session.profile().add("predict", predicting.seconds());
-    }
-    session.add(*read->frame, segmentation);
+  }
+}
+
+// Returns what went wrong on the way, or nothing: what was mapped before is worth keeping, so it is not thrown.
+std::string map_recording(const Dataset& dataset, FrameRange range, Run& run) {
+  const Stopwatch stopwatch;
+  std::string failure;
+  FrameStream stream(dataset, range);
+  Progress progress("frames", range.count(dataset.size()));
+  try {
+    map_frames(stream, run, progress);
+  } catch (const std::bad_alloc&) {
+    failure = kOutOfMemory;
+  } catch (const std::exception& e) {
+    failure = e.what();
+  }
+  if (!failure.empty()) run.summary.stopped_by = failure;
+  run.summary.complete = run.summary.stopped_by.empty();
+  run.summary.wall_s = stopwatch.seconds();
+  return failure;
+}
+
+// Writes the map, or what there is of it after a failure; whatever goes wrong here must not hide that failure.
+void write_map(const std::string& output, const Run& run, const Options& options, const std::string& failure) {
+  try {
+    write_outputs(output, run.session, options, run.summary);
+  } catch (const std::exception& e) {
+    if (failure.empty()) throw;
+    throw Error(fmt::format("{}; and the map so far could not be written whole: {}", failure, e.what()));
   }
 }
 
@@ -48,8 +97,9 @@ void print_stages(const Profile& profile) {
   }
 }
 
-void print_frames(const FrameLog& frames) {
+void print_frames(const FrameLog& frames, std::uint64_t without_prediction) {
   fmt::print("\n{} frames used, {} skipped\n", frames.used(), frames.skipped());
+  if (without_prediction > 0) fmt::print("{} of the frames used had no prediction\n", without_prediction);
   for (const auto& [reason, count] : frames.skipped_by_reason()) fmt::print("  {} x {}\n", count, reason);
 }
 
@@ -59,12 +109,28 @@ std::string predictor_text(const Options& options) {
   return networks.empty() ? "none" : networks;
 }
 
-void print_closing(const Session& session, const std::string& output) {
+void print_closing(const Run& run, const std::string& output) {
+  const Session& session = run.session;
   print_stages(session.profile());
-  print_frames(session.frames());
+  print_frames(session.frames(), run.summary.without_prediction);
   fmt::print("{} blocks, {:.0f} MB map, peak {:.0f} MB\n", session.map().block_count(),
              static_cast<double>(session.map().memory_bytes()) / 1e6, peak_rss_mb());
   fmt::print("\nlook at   {0}/views/*.png, {0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output);
+}
+
+// A run that went through and still gave nothing of what was asked for.
+void require_use(const Run& run, const Arguments& arguments) {
+  const std::uint64_t used = run.session.frames().used();
+  if (used == 0) {
+    throw Error(fmt::format("{}: no frame was usable; {}/report.json lists why, panoptic doctor looks closer", arguments.dataset,
+                            arguments.output));
+  }
+  if (run.summary.without_prediction == used) {
+    throw Error(
+        fmt::format("{}: no prediction matched a frame; the {} frames used are numbered {} to {}, and a prediction must "
+                    "have the number of its frame (the map in {} has no labels)",
+                    run.summary.predictor, used, run.first_used, run.last_used, arguments.output));
+  }
 }
 
 }  // namespace
@@ -90,35 +156,24 @@ int run(const Arguments& arguments) {
   const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
   const auto predictor = make_predictor(options);
   Session session(options, labels_of(options, predictor.get()));
+  watch_for_interrupt();
   fmt::print("{}\nlabels    {}\n", dataset->description(),
              predictor ? predictor_text(options) : "none: mapping geometry and colour");
   std::fflush(stdout);
 
-  watch_for_interrupt();
-  RunSummary summary{dataset->description(), predictor_text(options), true, "", 0};
-  const Stopwatch stopwatch;
-  std::optional<Error> failure;
-  {
-    FrameStream stream(*dataset, range);
-    Progress progress("frames", range.count(dataset->size()));
-    try {
-      if (const auto stopped = map_frames(stream, predictor.get(), session, progress)) summary.stopped_by = *stopped;
-    } catch (const Error& e) {  // what was mapped before is worth keeping
-      failure = e;
-      summary.stopped_by = e.what();
-    }
+  Run run{predictor.get(), session, {}};
+  run.summary.dataset = dataset->description();
+  run.summary.predictor = predictor_text(options);
+  const std::string failure = map_recording(*dataset, range, run);
+  write_map(arguments.output, run, options, failure);
+  print_closing(run, arguments.output);
+  if (!failure.empty()) throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", failure, arguments.output));
+  if (!run.summary.complete) {
+    fmt::print(stderr, "interrupted: the map so far is in {}, marked incomplete\n", arguments.output);
+    return kInterrupted;
   }
-  summary.complete = summary.stopped_by.empty();
-  summary.wall_s = stopwatch.seconds();
-  write_outputs(arguments.output, session, options, summary);
-  print_closing(session, arguments.output);
-  if (failure) throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", failure->what(), arguments.output));
-  if (summary.complete && session.frames().used() == 0) {
-    throw Error(fmt::format("{}: no frame was usable; {}/report.json lists why, panoptic doctor looks closer", arguments.dataset,
-                            arguments.output));
-  }
-  if (!summary.complete) fmt::print(stderr, "interrupted: the map so far is in {}, marked incomplete\n", arguments.output);
-  return summary.complete ? kDone : kInterrupted;
+  require_use(run, arguments);
+  return kDone;
 }
 
 }  // namespace panoptic

@@ -121,6 +121,7 @@ Json report_json(const Session& session, const Options& options, const RunSummar
                  {"complete", run.complete}};
   if (!run.complete) report["stopped_by"] = run.stopped_by;
   report["frames"] = to_json(session.frames());
+  report["frames"]["without_prediction"] = run.without_prediction;
   report["wall_s"] = run.wall_s;
   report["frames_per_s"] = run.wall_s > 0 ? static_cast<double>(session.frames().used()) / run.wall_s : 0;
   report["stages"] = std::move(stages);
@@ -130,6 +131,7 @@ Json report_json(const Session& session, const Options& options, const RunSummar
   report["map_hash"] = fmt::format("{:016x}", session.map().hash());
   report["mesh"] = {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
   report["up"] = to_json(session.up());
+  report["label_set"] = session.labels().name();
   report["labels"] = to_json(session.labels());
   report["options"] = to_json(fields(copy));
   return report;
@@ -139,11 +141,11 @@ void write_outputs(const std::filesystem::path& folder, Session& session, const 
   const Mesh mesh = session.mesh();
   write_ply(folder / "mesh.ply", mesh);
   write_json_file(folder / "objects.json", objects_json(session, mesh));
-  write_json_file(folder / "report.json", report_json(session, options, run, mesh));
   Options copy = options;
   write_file(folder / "options.toml", to_toml(fields(copy)));
   write_glb(folder / "scene.glb", mesh, session.labels(), session.up());
   write_views(folder / "views", mesh, session.up(), session.labels());
+  write_json_file(folder / "report.json", report_json(session, options, run, mesh));
 }
 
 }  // namespace panoptic

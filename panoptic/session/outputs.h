@@ -4,6 +4,7 @@
 // What a run leaves on disk: mesh.ply, scene.glb, views/*.png, objects.json, report.json, options.toml (docs/outputs.md).
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -19,14 +20,15 @@ struct RunSummary {
   bool complete = true;    // false: interrupted or failed, the map holds the frames so far
   std::string stopped_by;  // why, if not complete
   double wall_s = 0;
+  std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
 };
 
 // The two reports as JSON; `mesh` is the session's.
 Json objects_json(const Session& session, const Mesh& mesh);
 Json report_json(const Session& session, const Options& options, const RunSummary& run, const Mesh& mesh);
 
-// Writes everything into the folder, each file whole or not at all. Throws Error at the first file that cannot be written;
-// files written by then stay.
+// Writes everything into the folder, each file whole or not at all, report.json last: a report that says "complete" has all
+// of its files beside it. Throws Error at the first file that cannot be written; files written by then stay.
 void write_outputs(const std::filesystem::path& folder, Session& session, const Options& options, const RunSummary& run);
 
 }  // namespace panoptic

@@ -31,22 +31,35 @@ namespace {
 }  // namespace
 
 ProgramResult run_program(const std::vector<std::string>& arguments, const std::function<void()>& in_child,
-                          const std::function<void(int)>& while_running) {
+                          const std::function<void(const RunningProgram&)>& while_running) {
   const std::filesystem::path folder = fresh_folder("program_output");
   const pid_t pid = fork();
   if (pid == 0) {
     if (in_child) in_child();
     become_program(arguments, folder / "out", folder / "err");
   }
-  if (while_running) while_running(pid);
+  if (while_running) while_running({pid, folder / "out", folder / "err"});
   int status = 0;
   waitpid(pid, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(folder / "out"), read_file(folder / "err")};
 }
 
+bool wait_for_text(const RunningProgram& program, const std::filesystem::path& file, const std::string& text) {
+  constexpr useconds_t kPause_us = 5000;
+  for (;;) {
+    siginfo_t ended{};  // looked at without taking it: run_program collects the child
+    const bool over =
+        waitid(P_PID, static_cast<id_t>(program.pid), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 || ended.si_pid != 0;
+    std::error_code absent;
+    if (std::filesystem::exists(file, absent) && read_file(file).find(text) != std::string::npos) return true;
+    if (over) return false;
+    usleep(kPause_us);
+  }
+}
+
 std::filesystem::path fresh_folder(const std::string& name) {
   const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  const std::filesystem::path folder =
+  std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / fmt::format("panoptic_{}_{}_{}", info->test_suite_name(), info->name(), name);
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);

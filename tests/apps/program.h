@@ -20,9 +20,19 @@ struct ProgramResult {
   std::string err;
 };
 
-// `in_child` runs in the child before the program starts (limits, signals); `while_running` in the parent, with the child's pid.
+// A program that was started; its output grows in the two files.
+struct RunningProgram {
+  int pid = 0;
+  std::filesystem::path out;
+  std::filesystem::path err;
+};
+
+// `in_child` runs in the child before the program starts (limits, signals), `while_running` in the parent.
 ProgramResult run_program(const std::vector<std::string>& arguments, const std::function<void()>& in_child = {},
-                          const std::function<void(int pid)>& while_running = {});
+                          const std::function<void(const RunningProgram&)>& while_running = {});
+
+// Waits until the text is in the file; false if the program ended first.
+bool wait_for_text(const RunningProgram& program, const std::filesystem::path& file, const std::string& text);
 
 // An empty folder of this test's own.
 std::filesystem::path fresh_folder(const std::string& name);

@@ -43,7 +43,7 @@ class Run : public testing::Test {
 
   // Predictions in which the ball is a chair whose segment number changes from frame to frame.
   fs::path write_predictions() const {
-    const fs::path folder = fresh_folder("predictions");
+    fs::path folder = fresh_folder("predictions");
     const LabelSet labels = load_label_set("indoor");
     const ClassId chair = labels.find("chair")->id;
     const ClassId floor = labels.find("floor")->id;
@@ -230,29 +230,52 @@ TEST_F(Run, AWrongWorldIsOneLineAndExitCode1) {
   }
 }
 
-TEST_F(Run, AFullDiskLosesNothingThatWasThere) {
-  ASSERT_EQ(run().exit_code, 0);
-  const std::string before = read_file(out_ / "mesh.ply");
-  const auto limit_file_size = [] {
-    const rlimit limit{20000, 20000};
+// As a full disk: no file can be longer.
+std::function<void()> limit_file_bytes(std::uintmax_t bytes) {
+  return [bytes] {
+    const rlimit limit{bytes, bytes};
     setrlimit(RLIMIT_FSIZE, &limit);
     std::signal(SIGXFSZ, SIG_IGN);
   };
+}
+
+TEST_F(Run, AFullDiskLosesNothingThatWasThere) {
+  ASSERT_EQ(run().exit_code, 0);
+  const std::string mesh = read_file(out_ / "mesh.ply");
+  const std::string report = read_file(out_ / "report.json");
   const ProgramResult result =
-      run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.03"}, limit_file_size);
+      run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.03"}, limit_file_bytes(20000));
   EXPECT_EQ(result.exit_code, 1);
   expect_one_line(result.err, "mesh.ply");
-  EXPECT_TRUE(read_file(out_ / "mesh.ply") == before) << "the older file is untouched";
+  EXPECT_TRUE(read_file(out_ / "mesh.ply") == mesh) << "the older file is untouched";
+  EXPECT_TRUE(read_file(out_ / "report.json") == report);
   for (const auto& entry : fs::recursive_directory_iterator(out_)) {
     EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr("partial")));
   }
 }
 
+TEST_F(Run, ADiskThatFillsUpMidwayLeavesTheOlderReport) {
+  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.03"}).exit_code, 0);
+  const auto mesh_bytes = fs::file_size(out_ / "mesh.ply");
+  const auto scene_bytes = fs::file_size(out_ / "scene.glb");
+  ASSERT_LT(mesh_bytes, scene_bytes);
+  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.05"}).exit_code, 0);
+  const std::string report = read_file(out_ / "report.json");
+  const std::string scene = read_file(out_ / "scene.glb");
+  const ProgramResult result = run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.03"},
+                                           limit_file_bytes((mesh_bytes + scene_bytes) / 2));
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "scene.glb");
+  EXPECT_EQ(fs::file_size(out_ / "mesh.ply"), mesh_bytes) << "written before the disk was full";
+  EXPECT_TRUE(read_file(out_ / "scene.glb") == scene);
+  EXPECT_TRUE(read_file(out_ / "report.json") == report) << "no report says that the newer files are complete";
+}
+
 TEST_F(Run, CtrlCWritesTheMapSoFarAndMarksItIncomplete) {
   test::write_orbit_recording(recording_, 80);
-  const auto interrupt = [](int pid) {
-    usleep(1500000);
-    kill(pid, SIGINT);
+  const auto interrupt = [](const test::RunningProgram& program) {
+    EXPECT_TRUE(test::wait_for_text(program, program.err, "/80 frames"));  // the first is mapped
+    kill(program.pid, SIGINT);
   };
   const ProgramResult result = run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.006",
                                             "--set", "integrator.method=raycast", "--set", "map.truncation_voxels=20"},
@@ -265,6 +288,56 @@ TEST_F(Run, CtrlCWritesTheMapSoFarAndMarksItIncomplete) {
   EXPECT_GT(read_ply(out_ / "mesh.ply").vertices.size(), 100U);
 }
 
+TEST_F(Run, CtrlCBeforeTheFirstFrameStillEndsOrderly) {
+  const auto interrupt = [](const test::RunningProgram& program) {
+    EXPECT_TRUE(test::wait_for_text(program, program.out, "labels "));
+    kill(program.pid, SIGINT);
+  };
+  const ProgramResult result =
+      run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.006"}, {}, interrupt);
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_EQ(report()["stopped_by"], "interrupted");
+}
+
+// A file that is far too long as JSON values, though not as bytes.
+std::string hungry_json() {
+  constexpr std::size_t kValues = 30'000'000;
+  std::string text = "[0";
+  text.reserve(2 * kValues + 2);
+  for (std::size_t i = 1; i < kValues; ++i) text += ",0";
+  return text + "]";
+}
+
+TEST_F(Run, RunningOutOfMemoryKeepsTheMapSoFar) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizers take more memory than the limit of this test and never fail an allocation";
+#endif
+  const fs::path predictions = write_predictions();
+  write_file(predictions / "000007.json", hungry_json());
+  const auto limit_memory = [] {
+    const rlimit limit{500'000'000, 500'000'000};
+    setrlimit(RLIMIT_DATA, &limit);
+  };
+  const ProgramResult result =
+      run_program({"run", recording_.string(), "-o", out_.string(), "--predictions", predictions.string()}, limit_memory);
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "out of memory; use larger voxels");
+  EXPECT_EQ(report()["complete"], false);
+  EXPECT_THAT(report()["stopped_by"].get<std::string>(), HasSubstr("out of memory"));
+  EXPECT_EQ(report()["frames"]["used"], 7);
+  EXPECT_GT(read_ply(out_ / "mesh.ply").vertices.size(), 100U);
+}
+
+TEST_F(Run, AFailureOnAFullDiskNamesBoth) {
+  const fs::path predictions = write_predictions();
+  fs::resize_file(predictions / "000007.png", 60);
+  const ProgramResult result = run_program(
+      {"run", recording_.string(), "-o", out_.string(), "--predictions", predictions.string()}, limit_file_bytes(20000));
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "000007.png");
+  expect_one_line(result.err, "mesh.ply");
+}
+
 TEST_F(Run, ADamagedPredictionKeepsTheMapSoFar) {
   const fs::path predictions = write_predictions();
   fs::resize_file(predictions / "000007.png", 60);
@@ -273,6 +346,29 @@ TEST_F(Run, ADamagedPredictionKeepsTheMapSoFar) {
   expect_one_line(result.err, "000007.png");
   EXPECT_EQ(report()["complete"], false);
   EXPECT_EQ(report()["frames"]["used"], 7);
+}
+
+TEST_F(Run, FramesWithoutPredictionAreCounted) {
+  const fs::path predictions = write_predictions();
+  for (const char* frame : {"000003", "000004", "000009"}) fs::remove(predictions / (std::string(frame) + ".json"));
+  const ProgramResult result = run({"--predictions", predictions.string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(report()["frames"]["used"], 12);
+  EXPECT_EQ(report()["frames"]["without_prediction"], 3);
+  EXPECT_THAT(result.out, HasSubstr("3 of the frames used had no prediction"));
+  EXPECT_EQ(run().exit_code, 0);
+  EXPECT_EQ(report()["frames"]["without_prediction"], 0) << "nobody asked for labels";
+}
+
+TEST_F(Run, PredictionsOfAnotherRecordingAreAnError) {
+  const fs::path predictions = write_predictions();
+  for (int i = 0; i < 12; ++i) fs::remove(predictions / fmt::format("{:06}.json", i));
+  const ProgramResult result = run({"--predictions", predictions.string(), "--frames", "2:"});
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "no prediction matched a frame");
+  expect_one_line(result.err, "2 to 11");
+  EXPECT_EQ(report()["frames"]["without_prediction"], 10);
+  EXPECT_TRUE(fs::is_regular_file(out_ / "mesh.ply")) << "geometry and colour are kept";
 }
 
 }  // namespace
