@@ -7,6 +7,7 @@
 namespace panoptic {
 
 Camera resized(const Camera& camera, int width, int height) {
+  if (width == camera.width && height == camera.height) return camera;  // not even a rounding error
   const double sx = static_cast<double>(width) / camera.width;
   const double sy = static_cast<double>(height) / camera.height;
   return {width, height, camera.fx * sx, camera.fy * sy, (camera.cx + 0.5) * sx - 0.5, (camera.cy + 0.5) * sy - 0.5};

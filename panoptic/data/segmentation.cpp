@@ -3,7 +3,6 @@
 #include "panoptic/data/segmentation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace panoptic {
@@ -64,7 +63,15 @@ const char* why_unusable(const Segmentation& segmentation, int width, int height
   if (!segmentation.segment_at.same_size(width, height)) return "segmentation and colour image differ in size";
   const auto pixels = segmentation.segment_at.pixels();
   const auto highest = std::max_element(pixels.begin(), pixels.end());
-  return *highest > segmentation.segments.size() ? "segmentation names a segment that does not exist" : nullptr;
+  if (*highest > segmentation.segments.size()) return "segmentation names a segment that does not exist";
+  const auto sound = [](float value) { return std::isfinite(value) && value >= 0; };
+  for (const Segment& segment : segmentation.segments) {
+    const auto& probabilities = segment.class_probabilities;
+    const bool all_sound = sound(segment.score) && std::all_of(probabilities.begin(), probabilities.end(),
+                                                               [&](const ClassProbability& p) { return sound(p.probability); });
+    if (!all_sound) return "segmentation has a score or probability that is negative or not finite";
+  }
+  return nullptr;
 }
 
 }  // namespace panoptic

@@ -42,7 +42,9 @@ inline float fused_distance(float old_distance, float old_weight, float distance
   return (old_weight * old_distance + weight * distance) / (old_weight + weight);
 }
 
-// The same mean for one colour channel in 8.8 fixed point. 0 means "no colour yet", so black is stored as 1/256.
+// The mean of one colour channel in 8.8 fixed point. 0 means "no colour yet", so black is stored as 1/256. The weight is that
+// of the distance: colour seen for the first time is taken whole, and if depth was seen without colour before, what follows
+// moves it more slowly than a weight of its own would (which would cost a plane).
 inline std::uint16_t fused_color(std::uint16_t old_color, float old_weight, std::uint8_t color, float weight) {
   const float target = static_cast<float>(color) * 256.0F;
   const auto old = static_cast<float>(old_color);

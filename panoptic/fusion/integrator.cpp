@@ -10,8 +10,13 @@
 namespace panoptic {
 namespace {
 
-// Pixels sampled when looking for blocks: at 8 m they are 3 cm apart, a block is 38 cm (16 cm at voxels of 1 cm) wide.
-constexpr int kTouchStride_px = 2;
+// Every second pixel is enough to find the blocks as long as they are less than half a block apart: at 2.4 cm and 8 m they are
+// 3 cm apart and a block is 38 cm wide. Small voxels seen from afar need every pixel (and still find every block only where
+// neighbouring pixels are less than a block apart).
+int touch_stride_px(float farthest_m, double focal_px, float block_m) {
+  constexpr int kStride_px = 2;
+  return kStride_px * farthest_m / static_cast<float>(focal_px) < block_m / 2 ? kStride_px : 1;
+}
 
 // Block coordinates beyond this are refused before they are turned into integers.
 bool within_grid(const Vec3f& block) { return block.cwiseAbs().maxCoeff() < static_cast<float>(kMaxBlockCoordinate - 2); }
@@ -31,6 +36,33 @@ class RecentKeys {
  private:
   std::array<std::uint64_t, 64> keys_{};
 };
+
+// What is the same for every pixel of a frame, in blocks instead of metres.
+struct BandWalk {
+  float blocks_per_metre = 0;
+  Vec3f camera = Vec3f::Zero();
+  float band_blocks = 0;
+  int steps = 0;
+  int stride_px = 1;
+};
+
+// Samples the band around each sampled pixel's surface point, at steps shorter than a block.
+void touch_row(const FrameView& view, int v, const BandWalk& walk, RecentKeys& recent, std::vector<std::uint64_t>& keys) {
+  for (int u = 0; u < view.pixels.width; u += walk.stride_px) {
+    const float z = view.pixels.depth[view.index(u, v)];
+    if (z <= 0) continue;
+    const Vec3f ray = view.ray(u, v) * walk.blocks_per_metre;
+    const Vec3f middle = walk.camera + ray * z;
+    if (!within_grid(middle)) continue;
+    const Vec3f direction = ray.normalized();
+    for (int s = 0; s <= walk.steps; ++s) {
+      const float share = static_cast<float>(s) / static_cast<float>(walk.steps) - 0.5F;
+      const Vec3f p = middle + direction * (walk.band_blocks * share);
+      const std::uint64_t key = pack({floor_to_int(p.x()), floor_to_int(p.y()), floor_to_int(p.z())});
+      if (!recent.seen(key)) keys.push_back(key);
+    }
+  }
+}
 
 }  // namespace
 
@@ -55,7 +87,7 @@ void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered
     touch_rays(view, map);
     update_by_rays(view, allocate(map), map);
   } else {
-    touch_bands(view, map);
+    touch_bands(view, touch_stride_px(registered.farthest_m, c.fx, map.block_size_m()), map);
     update_by_projection(view, allocate(map), map);
   }
 }
@@ -78,31 +110,18 @@ std::vector<Slot> Integrator::allocate(VoxelMap& map) {
   return slots;
 }
 
-// Samples the band around each sampled pixel's surface point, at steps shorter than a block.
-void Integrator::touch_bands(const FrameView& view, const VoxelMap& map) {
+void Integrator::touch_bands(const FrameView& view, int stride_px, const VoxelMap& map) {
   const float blocks_per_metre = 1.0F / map.block_size_m();
-  const Vec3f origin = (view.camera_in_world_m * double{blocks_per_metre}).cast<float>();
   const float band_blocks = 2 * band_.truncation_m * blocks_per_metre;
-  const int steps = 1 + static_cast<int>(std::ceil(band_blocks));
+  const BandWalk walk{blocks_per_metre, (view.camera_in_world_m * double{blocks_per_metre}).cast<float>(), band_blocks,
+                      1 + static_cast<int>(std::ceil(band_blocks)), stride_px};
   parallel_for(kChunks, [&](std::size_t chunk) {
     RecentKeys recent;
-    const int samples = (view.pixels.height + kTouchStride_px - 1) / kTouchStride_px;
+    const int samples = (view.pixels.height + stride_px - 1) / stride_px;
     const int begin = samples * static_cast<int>(chunk) / static_cast<int>(kChunks);
     const int end = samples * static_cast<int>(chunk + 1) / static_cast<int>(kChunks);
-    for (int v = begin * kTouchStride_px; v < end * kTouchStride_px; v += kTouchStride_px) {
-      for (int u = 0; u < view.pixels.width; u += kTouchStride_px) {
-        const float z = view.pixels.depth[view.index(u, v)];
-        if (z <= 0) continue;
-        const Vec3f ray = view.ray(u, v) * blocks_per_metre;
-        const Vec3f middle = origin + ray * z;
-        if (!within_grid(middle)) continue;
-        const Vec3f direction = ray.normalized();
-        for (int s = 0; s <= steps; ++s) {
-          const Vec3f p = middle + direction * (band_blocks * (static_cast<float>(s) / static_cast<float>(steps) - 0.5F));
-          const std::uint64_t key = pack({floor_to_int(p.x()), floor_to_int(p.y()), floor_to_int(p.z())});
-          if (!recent.seen(key)) keys_[chunk].push_back(key);
-        }
-      }
+    for (int v = begin * stride_px; v < end * stride_px; v += stride_px) {
+      touch_row(view, v, walk, recent, keys_[chunk]);
     }
   });
 }

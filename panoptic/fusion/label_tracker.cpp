@@ -96,9 +96,9 @@ const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& regis
     if (id != PanopticId::kUnknown) {
       column_taken_[column_of_id_[number(id)]] = true;
     } else {
-      id = objects.create().value_or(PanopticId::kUnknown);
+      id = objects.create().value_or(PanopticId::kNoVote);
     }
-    if (id != PanopticId::kUnknown) objects.observe(id, segment, frame);
+    if (id != PanopticId::kNoVote) objects.observe(id, segment, frame);
   }
   result_.resize(registered.segment.size());
   for (std::size_t i = 0; i < result_.size(); ++i) {

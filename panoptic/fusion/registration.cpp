@@ -3,7 +3,10 @@
 #include "panoptic/fusion/registration.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "panoptic/base/clones.h"
 #include "panoptic/base/parallel.h"
@@ -11,14 +14,18 @@
 namespace panoptic {
 namespace {
 
-// A cell of the visibility test is 2x2 colour pixels, so that it has no holes where colour pixels outnumber depth pixels.
-constexpr int kCell_px = 2;
+// A cell of the visibility test is as wide as two depth pixels, so that it has no holes where colour pixels outnumber depth
+// pixels and spans little of a slanted surface where they do not.
+int cell_size_px(const Camera& color, const Camera& depth) {
+  constexpr double kDepthPixels = 2;
+  return std::max(1, static_cast<int>(std::lround(kDepthPixels * color.fx / depth.fx)));
+}
 // A surface this much behind the nearest one in its cell is hidden: more than depth noise and slant within a cell.
 constexpr float kHiddenBehind_m = 0.03F;
 constexpr float kHiddenBehindShare = 0.02F;
 constexpr int kBands = 4;
 
-int cells(int pixels) { return (pixels + kCell_px - 1) / kCell_px; }
+int cells(int pixels, int cell_px) { return (pixels + cell_px - 1) / cell_px; }
 
 std::uint32_t packed(Rgb c) { return 0xFF000000U | std::uint32_t{c.r} << 16 | std::uint32_t{c.g} << 8 | c.b; }
 
@@ -41,7 +48,7 @@ struct RowProjection {
   float per_x[3], base[3], offset[3];
   float x_first, x_step;
   float fx, fy, cx, cy;
-  int depth_width, color_width, color_height;
+  int depth_width, color_width, color_height, cell_px;
 };
 struct ProjectedRow {
   std::int32_t* color_pixel;
@@ -55,7 +62,8 @@ PANOPTIC_CLONES
 void project_row(const RowProjection& p, const float* depth, const ProjectedRow& out) {
   const auto width = static_cast<float>(p.color_width);
   const auto height = static_cast<float>(p.color_height);
-  const int cell_width = cells(p.color_width);
+  const int cell_width = cells(p.color_width, p.cell_px);
+  const float per_cell = 1.0F / static_cast<float>(p.cell_px);
   std::int32_t* __restrict color_pixel = out.color_pixel;
   std::int32_t* __restrict cell = out.cell;
   float* __restrict color_depth = out.color_depth;
@@ -70,7 +78,8 @@ void project_row(const RowProjection& p, const float* depth, const ProjectedRow&
     const auto ui = static_cast<std::int32_t>(inside ? uc : 0.0F);
     const auto vi = static_cast<std::int32_t>(inside ? vc : 0.0F);
     color_pixel[u] = inside ? vi * p.color_width + ui : -1;
-    cell[u] = vi / kCell_px * cell_width + ui / kCell_px;
+    cell[u] = static_cast<std::int32_t>(static_cast<float>(vi) * per_cell) * cell_width +
+              static_cast<std::int32_t>(static_cast<float>(ui) * per_cell);
     color_depth[u] = zc;
   }
 }
@@ -78,7 +87,7 @@ void project_row(const RowProjection& p, const float* depth, const ProjectedRow&
 }  // namespace kernels
 
 Fields fields(DepthOptions& o) {
-  return {{"min_m", &o.min_m, "nearer depth readings are ignored", in_range(0, 100)},
+  return {{"min_m", &o.min_m, "nearer depth readings are ignored", in_range(0.01, 100)},
           {"max_m", &o.max_m, "farther depth readings are ignored", in_range(0.1, 1000)}};
 }
 
@@ -109,10 +118,25 @@ void Registration::resize(const Frame& frame) {
 }
 
 void Registration::clean_depth(const Frame& frame) {
-  for (std::size_t i = 0; i < frame.depth.size(); ++i) {
-    const float z = frame.depth[i];
-    result_.depth[i] = (z >= options_.min_m) & (z <= options_.max_m) ? z : 0.0F;  // NaN fails both
-  }
+  std::array<std::size_t, kBands> readings{};
+  std::array<float, kBands> farthest_m{};
+  parallel_for(kBands, [&](std::size_t band) {
+    const Rows rows = band_rows(band, result_.height);
+    std::size_t count = 0;
+    float farthest = 0;
+    for (std::size_t i = result_.index(rows.begin); i < result_.index(rows.end); ++i) {
+      const float z = frame.depth[i];
+      const bool usable = (z >= options_.min_m) & (z <= options_.max_m);  // NaN fails both
+      const float kept = usable ? z : 0.0F;
+      result_.depth[i] = kept;
+      count += usable ? 1 : 0;
+      farthest = kept > farthest ? kept : farthest;
+    }
+    readings[band] = count;
+    farthest_m[band] = farthest;
+  });
+  result_.readings = std::accumulate(readings.begin(), readings.end(), std::size_t{0});
+  result_.farthest_m = *std::max_element(farthest_m.begin(), farthest_m.end());
 }
 
 void Registration::gather_registered(const Frame& frame, const Segmentation& segmentation) {
@@ -131,6 +155,7 @@ void Registration::project(const Frame& frame) {
   color_depth_.resize(result_.pixel_count());
   const Camera& d = frame.depth_camera;
   const Camera& c = frame.color_camera;
+  cell_px_ = cell_size_px(c, d);
   const Eigen::Matrix3f r = frame.color_from_depth.linear().cast<float>();
   const Vec3f t = frame.color_from_depth.translation().cast<float>();
   parallel_for(static_cast<std::size_t>(result_.height), [&](std::size_t row) {
@@ -151,6 +176,7 @@ void Registration::project(const Frame& frame) {
     p.depth_width = result_.width;
     p.color_width = c.width;
     p.color_height = c.height;
+    p.cell_px = cell_px_;
     const std::size_t first = row * static_cast<std::size_t>(result_.width);
     kernels::project_row(p, result_.depth.data() + first,
                          {color_pixel_.data() + first, cell_.data() + first, color_depth_.data() + first});
@@ -160,16 +186,14 @@ void Registration::project(const Frame& frame) {
 // The smallest colour-camera depth per cell. Bands of rows fill tables of their own, which are then merged: a minimum does not
 // depend on the order.
 void Registration::find_nearest(const Frame& frame) {
-  const std::size_t cell_count =
-      static_cast<std::size_t>(cells(frame.color.width())) * static_cast<std::size_t>(cells(frame.color.height()));
+  const std::size_t cell_count = static_cast<std::size_t>(cells(frame.color.width(), cell_px_)) *
+                                 static_cast<std::size_t>(cells(frame.color.height(), cell_px_));
   nearest_.resize(kBands);
   parallel_for(kBands, [&](std::size_t band) {
     nearest_[band].assign(cell_count, std::numeric_limits<float>::max());
     float* nearest = nearest_[band].data();
     const Rows rows = band_rows(band, result_.height);
-    const std::size_t begin = static_cast<std::size_t>(rows.begin) * static_cast<std::size_t>(result_.width);
-    const std::size_t end = static_cast<std::size_t>(rows.end) * static_cast<std::size_t>(result_.width);
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = result_.index(rows.begin); i < result_.index(rows.end); ++i) {
       if (color_pixel_[i] < 0) continue;
       float& cell = nearest[cell_[i]];
       cell = std::min(cell, color_depth_[i]);

@@ -32,6 +32,11 @@ struct RegisteredFrame {
   std::vector<std::uint32_t> color;    // 0xFFrrggbb; 0 = not seen by the colour camera
   std::vector<std::uint16_t> segment;  // as Segmentation::segment_at, or kNoSegment
 
+  std::size_t readings = 0;  // pixels with depth
+  float farthest_m = 0;      // the largest depth
+
+  // The first pixel of a row.
+  std::size_t index(int row) const { return static_cast<std::size_t>(row) * static_cast<std::size_t>(width); }
   std::size_t pixel_count() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
 };
 
@@ -57,6 +62,7 @@ class Registration {
   std::vector<std::int32_t> color_pixel_;    // per depth pixel: index into the colour image, or -1
   std::vector<std::int32_t> cell_;           // per depth pixel: cell of the visibility test, where color_pixel_ is one
   std::vector<float> color_depth_;           // per depth pixel: z in the colour camera
+  int cell_px_ = 1;                          // edge of a cell in colour pixels
   std::vector<std::vector<float>> nearest_;  // per band of rows: smallest z per cell of the colour image
 };
 

@@ -9,10 +9,28 @@
 namespace panoptic {
 
 std::optional<PanopticId> ObjectRegistry::create() {
+  created_since_retirement_++;
   const std::size_t id = first_thing_ + objects_.size();
-  if (id >= number(PanopticId::kNoVote)) return std::nullopt;
+  if (id >= number(PanopticId::kNoVote)) return reuse();
   objects_.emplace_back().id = static_cast<PanopticId>(id);
   return objects_.back().id;
+}
+
+std::optional<PanopticId> ObjectRegistry::reuse() {
+  if (retired_ == 0) return std::nullopt;
+  const auto free = std::find_if(objects_.begin(), objects_.end(), [](const Object& o) { return o.id == PanopticId::kUnknown; });
+  retired_--;
+  free->id = static_cast<PanopticId>(first_thing_ + (free - objects_.begin()));
+  return free->id;
+}
+
+void ObjectRegistry::retire_unused(const std::vector<bool>& in_use) {
+  for (Object& object : objects_) {
+    if (object.id == PanopticId::kUnknown || in_use[number(object.id)]) continue;
+    object = Object{};
+    retired_++;
+  }
+  created_since_retirement_ = 0;
 }
 
 void ObjectRegistry::observe(PanopticId id, const Segment& segment, std::int64_t frame) {
@@ -32,7 +50,8 @@ void ObjectRegistry::observe(PanopticId id, const Segment& segment, std::int64_t
 
 const Object* ObjectRegistry::find(PanopticId id) const {
   const std::size_t i = std::size_t{number(id)} - first_thing_;
-  return number(id) >= first_thing_ && i < objects_.size() ? &objects_[i] : nullptr;
+  const bool known = number(id) >= first_thing_ && i < objects_.size() && objects_[i].id == id;
+  return known ? &objects_[i] : nullptr;
 }
 
 ClassId ObjectRegistry::class_of(PanopticId id) const {

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The things of the map: which class each probably is (Eq. 12), and when it was seen. Evidence is kept per object, never per
-// voxel. Not thread-safe: one writer, no readers meanwhile.
+// voxel. Networks also find things that never get hold of a voxel; those are retired from time to time, so that the registry
+// does not grow with the number of frames. Not thread-safe: one writer, no readers meanwhile.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,8 @@ class ObjectRegistry {
  public:
   explicit ObjectRegistry(std::uint16_t first_thing) : first_thing_(first_thing) {}
 
-  // The next free id; nothing when all 16-bit ids are used up (65534 is the last).
+  // A new object. Ids count up; only when 65534 was given are those of retired objects used again, lowest first. Nothing when
+  // all are taken.
   std::optional<PanopticId> create();
 
   // Adds one detection to the evidence (Eq. 12). REQUIRES an id that create returned.
@@ -39,12 +41,23 @@ class ObjectRegistry {
   // p(z, l) of Eq. 12, sorted by class id.
   std::vector<ClassProbability> probabilities(PanopticId id) const;
 
-  const Object* find(PanopticId id) const;                         // nullptr if there is no such object
-  const std::vector<Object>& objects() const { return objects_; }  // ascending id
+  const Object* find(PanopticId id) const;  // nullptr if there is no such object, or no longer
+  std::size_t count() const { return objects_.size() - retired_; }
+
+  // True when so many objects were created since the last retirement that it is worth looking for unused ones.
+  bool wants_retirement() const { return created_since_retirement_ >= kRetireEvery; }
+  // Forgets every object whose id is not in use; `in_use` is indexed by panoptic id (ids_in_use in voxel_map.h).
+  void retire_unused(const std::vector<bool>& in_use);
 
  private:
+  static constexpr std::size_t kRetireEvery = 2048;
+
+  std::optional<PanopticId> reuse();
+
   std::uint16_t first_thing_;
-  std::vector<Object> objects_;
+  std::vector<Object> objects_;  // by id - first_thing_; a retired one has the id kUnknown and holds no evidence
+  std::size_t retired_ = 0;
+  std::size_t created_since_retirement_ = 0;
 };
 
 }  // namespace panoptic

@@ -104,6 +104,15 @@ std::vector<Slot> VoxelMap::changed_since(std::uint64_t epoch) const {
   return slots;
 }
 
+std::vector<bool> ids_in_use(const VoxelMap& map) {
+  constexpr std::size_t kIds = 65536;
+  std::vector<bool> used(kIds, false);
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    for (const std::uint16_t label : map.block(slot).label) used[label] = true;
+  }
+  return used;
+}
+
 std::uint64_t VoxelMap::hash() const {
   std::vector<Slot> order(blocks_.size());
   std::iota(order.begin(), order.end(), Slot{0});

@@ -9,6 +9,11 @@
 #include "panoptic/predict/predictor_files.h"
 
 namespace panoptic {
+namespace {
+
+constexpr const char* kDefaultLabels = "indoor";
+
+}  // namespace
 
 Session::Session(const Options& options, LabelSet labels)
     : labels_(std::move(labels)),
@@ -17,17 +22,28 @@ Session::Session(const Options& options, LabelSet labels)
       registration_(options.depth),
       tracker_(options.tracker, labels_),
       integrator_(options.integrator, map_),
-      mesher_(options.mesher) {}
+      mesher_(options.mesher) {
+  if (options.depth.min_m >= options.depth.max_m) {
+    throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
+  }
+  const double map_edge_m = double{map_.block_size_m()} * (kMaxBlockCoordinate - 2) - options.depth.max_m * 2.0;
+  farthest_camera_m_ = map_edge_m;
+}
 
 std::optional<std::string> Session::add(const Frame& frame, const Segmentation& segmentation) {
   std::optional<std::string> reason = why_unusable(frame);
   if (!reason) {
     if (const char* why = why_unusable(segmentation, frame.color.width(), frame.color.height())) reason = why;
   }
+  if (!reason && frame.world_from_camera.translation().cwiseAbs().maxCoeff() > farthest_camera_m_) {
+    reason = "pose lies farther out than a map reaches";
+  }
   if (reason) {
-    frames_.count_skipped({frame.index, *reason});
+    skip({frame.index, *reason});
     return reason;
   }
+  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+
   const Stopwatch fusion;
   double before = 0;
   const auto stage_done = [&](const char* name) {
@@ -35,6 +51,11 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
   };
 
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
+  if (registered.readings == 0) {
+    reason = "no depth reading between depth.min_m and depth.max_m";
+    skip({frame.index, *reason});
+    return reason;
+  }
   stage_done("register");
   reference_labels(map_, frame, registered, reference_);  // Eq. 2
   stage_done("reference");
@@ -64,13 +85,15 @@ std::unique_ptr<Predictor> make_predictor(const Options& options) {
   if (!options.predictions.empty() && networks) {
     throw Error("both a prediction folder and networks are given; choose one");
   }
-  if (!options.predictions.empty()) return make_file_predictor(options.predictions);
-  if (networks) return make_network_predictor(options.networks, load_label_set(options.labels));
+  const auto labels = options.labels.empty() ? std::nullopt : std::optional(load_label_set(options.labels));
+  if (!options.predictions.empty()) return make_file_predictor(options.predictions, labels);
+  if (networks) return make_network_predictor(options.networks, labels.value_or(load_label_set(kDefaultLabels)));
   return nullptr;
 }
 
 LabelSet labels_of(const Options& options, const Predictor* predictor) {
-  return predictor != nullptr ? predictor->labels() : load_label_set(options.labels);
+  if (predictor != nullptr) return predictor->labels();
+  return load_label_set(options.labels.empty() ? kDefaultLabels : options.labels);
 }
 
 }  // namespace panoptic

@@ -28,6 +28,7 @@ namespace panoptic {
 // at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map, bit for bit.
 class Session {
  public:
+  // Throws Error if the options contradict each other.
   Session(const Options& options, LabelSet labels);
 
   // Fuses one frame. An unusable frame (NaN pose, wrong size, no depth ...) changes nothing, is counted in frames(), and the
@@ -62,6 +63,7 @@ class Session {
   FrameLog frames_;
   Profile profile_;
   Vec3d up_sum_ = Vec3d::Zero();
+  double farthest_camera_m_ = 0;  // from the origin, along an axis
 };
 
 // The predictor that the options ask for: the prediction folder, else the networks, else nullptr (geometry and colour alone).

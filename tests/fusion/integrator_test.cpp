@@ -67,9 +67,16 @@ double naive_weight(double z, double distance) {
 struct NaiveVoxel {
   double distance = 0, weight = 0, label_weight = 0;
   std::uint16_t label = 0;
+  std::array<double, 3> rgb{};
+  bool colored = false;
 
-  // Eq. 6-7 and 9-11.
-  void observe(double d, double w, PanopticId id) {
+  // Eq. 6-7 and 9-11; the mean of Eq. 6 for colours too.
+  void observe(double d, double w, PanopticId id, std::uint32_t color) {
+    for (std::size_t c = 0; c < 3 && color != 0; ++c) {
+      const double value = color >> (16 - 8 * c) & 0xFF;
+      rgb[c] = colored ? (weight * rgb[c] + w * value) / (weight + w) : value;
+    }
+    colored |= color != 0;
     distance = (weight * distance + w * d) / (weight + w);
     weight += w;
     if (id == PanopticId::kNoVote) return;
@@ -97,7 +104,7 @@ void observe_naively(const Frame& frame, const RegisteredFrame& registered, cons
     const double z = registered.depth[pixel];
     const double d = (z - p.z()) * p.norm() / p.z();
     if (z <= 0 || std::abs(d) >= kBand_m) continue;
-    voxels[static_cast<std::size_t>(i)].observe(d, naive_weight(z, d), labels[pixel]);
+    voxels[static_cast<std::size_t>(i)].observe(d, naive_weight(z, d), labels[pixel], registered.color[pixel]);
   }
 }
 
@@ -124,7 +131,10 @@ TEST(Integrator, ProjectiveEqualsTheNaiveReferenceVoxelByVoxel) {
       observed += expected.weight > 0 ? 1 : 0;
       const bool same = std::abs(block.distance[i] - expected.distance) < 1e-4 &&
                         std::abs(block.weight[i] - expected.weight) < 1e-4 && block.label[i] == expected.label &&
-                        std::abs(block.label_weight[i] - expected.label_weight) < 1e-4;
+                        std::abs(block.label_weight[i] - expected.label_weight) < 1e-4 &&
+                        std::abs(block.red[i] / 256.0 - expected.rgb[0]) < 0.05 &&
+                        std::abs(block.green[i] / 256.0 - expected.rgb[1]) < 0.05 &&
+                        std::abs(block.blue[i] / 256.0 - expected.rgb[2]) < 0.05;
       different += same ? 0 : 1;
     }
   }
@@ -197,6 +207,8 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
     EXPECT_EQ(actual->label, block->label);
     EXPECT_EQ(actual->label_weight, block->label_weight);
     EXPECT_EQ(actual->red, block->red);
+    EXPECT_EQ(actual->green, block->green);
+    EXPECT_EQ(actual->blue, block->blue);
   }
 }
 
@@ -228,7 +240,7 @@ std::vector<PanopticId> labels_by_surface(const Frame& frame) {
   for (int v = 0; v < frame.depth.height(); ++v) {
     for (int u = 0; u < frame.depth.width(); ++u) {
       const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-      labels[static_cast<std::size_t>(v * frame.depth.width() + u)] = p.y() > 0.599 ? PanopticId{5} : PanopticId{3};
+      labels[static_cast<std::size_t>(v) * frame.depth.width() + u] = p.y() > 0.599 ? PanopticId{5} : PanopticId{3};
     }
   }
   return labels;

@@ -67,8 +67,7 @@ std::vector<PanopticId> naive_tracking(const RegisteredFrame& frame, const std::
     taken.insert(assigned[s]);
   }
   std::vector<PanopticId> result;
-  for (std::size_t i = 0; i < frame.segment.size(); ++i) {
-    const std::uint16_t value = frame.segment[i];
+  for (const std::uint16_t value : frame.segment) {
     PanopticId id = PanopticId::kUnknown;
     if (value == RegisteredFrame::kNoSegment) {
       id = PanopticId::kNoVote;
@@ -142,10 +141,10 @@ TEST(LabelTracker, AThingHiddenFromTheDepthCameraMakesNoObject) {
   LabelTracker tracker({}, labels);
   tracker.assign(registered_with(std::vector<std::uint16_t>(kWidth * kHeight, 0)), std::vector{chair()},
                  filled(PanopticId::kUnknown), 0, objects);
-  EXPECT_TRUE(objects.objects().empty());
+  EXPECT_EQ(objects.count(), 0U);
 }
 
-TEST(LabelTracker, WhenIdsRunOutTheRestStaysUnknown) {
+TEST(LabelTracker, WhenIdsRunOutTheRestHasNoVote) {
   const LabelSet labels = test::test_labels();
   ObjectRegistry objects(labels.first_thing());
   while (objects.create()) {
@@ -153,7 +152,7 @@ TEST(LabelTracker, WhenIdsRunOutTheRestStaysUnknown) {
   LabelTracker tracker({}, labels);
   const auto& ids = tracker.assign(registered_with(std::vector<std::uint16_t>(kWidth * kHeight, 1)), std::vector{chair()},
                                    filled(PanopticId::kUnknown), 0, objects);
-  EXPECT_EQ(ids.front(), PanopticId::kUnknown);
+  EXPECT_EQ(ids.front(), PanopticId::kNoVote);
 }
 
 TEST(LabelTracker, GathersEvidenceForTheAssignedObject) {

@@ -119,9 +119,37 @@ TEST(ObjectRegistry, IdsCountUpUntilTheSixteenBitsAreUsed) {
   }
   EXPECT_EQ(expected, 65535U);
   EXPECT_EQ(registry.create(), std::nullopt);
-  EXPECT_EQ(registry.objects().size(), 65535U - kFirst);
+  EXPECT_EQ(registry.count(), 65535U - kFirst);
   EXPECT_NE(registry.find(PanopticId{65534}), nullptr);
   EXPECT_EQ(registry.find(PanopticId::kNoVote), nullptr);
+}
+
+TEST(ObjectRegistry, ForgetsUnusedObjectsAndReusesTheirIdsOnlyWhenAllAreGiven) {
+  ObjectRegistry registry(kFirst);
+  for (int i = 0; i < 3; ++i) registry.observe(*registry.create(), seen(kChair, 1), i);
+  std::vector<bool> in_use(65536, false);
+  in_use[kFirst + 1U] = true;
+  registry.retire_unused(in_use);
+  EXPECT_EQ(registry.count(), 1U);
+  EXPECT_EQ(registry.find(static_cast<PanopticId>(kFirst)), nullptr);
+  EXPECT_EQ(registry.class_of(static_cast<PanopticId>(kFirst)), ClassId::kUnknown);
+  EXPECT_EQ(registry.class_of(static_cast<PanopticId>(kFirst + 1)), kChair);
+  EXPECT_EQ(number(*registry.create()), kFirst + 3) << "a fresh id while there are any";
+  while (registry.find(PanopticId{65534}) == nullptr) registry.create();
+  EXPECT_EQ(number(*registry.create()), kFirst);
+  EXPECT_EQ(number(*registry.create()), kFirst + 2);
+  EXPECT_EQ(registry.create(), std::nullopt);
+  EXPECT_EQ(registry.find(static_cast<PanopticId>(kFirst))->observations, 0U) << "nothing of the old object is left";
+}
+
+TEST(ObjectRegistry, AsksForRetirementAfterManyCreations) {
+  ObjectRegistry registry(kFirst);
+  EXPECT_FALSE(registry.wants_retirement());
+  for (int i = 0; i < 5000; ++i) registry.create();
+  EXPECT_TRUE(registry.wants_retirement());
+  registry.retire_unused(std::vector<bool>(65536, true));
+  EXPECT_FALSE(registry.wants_retirement());
+  EXPECT_EQ(registry.count(), 5000U);
 }
 
 }  // namespace

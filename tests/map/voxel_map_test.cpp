@@ -219,5 +219,15 @@ TEST(CachedLookup, AgreesWithTheMap) {
   }
 }
 
+TEST(VoxelMap, KnowsWhichIdsAnyVoxelHolds) {
+  VoxelMap map({});
+  map.block(map.allocate({0, 0, 0})).label[77] = 9;
+  map.block(map.allocate({-5, 2, 1})).label[4095] = 65534;
+  const std::vector<bool> used = ids_in_use(map);
+  ASSERT_EQ(used.size(), 65536U);
+  EXPECT_EQ(std::count(used.begin(), used.end(), true), 3);
+  EXPECT_TRUE(used[0] && used[9] && used[65534]);
+}
+
 }  // namespace
 }  // namespace panoptic

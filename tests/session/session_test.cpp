@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <malloc.h>
+
+#include <algorithm>
 #include <limits>
 
+#include "panoptic/base/error.h"
 #include "panoptic/base/parallel.h"
 #include "tests/fusion/scenes.h"
 
@@ -43,8 +47,8 @@ TEST(Session, ABallOnAFloorIsOneChairOnAFloorFromAllSides) {
     const Frame frame = orbit_frame(i);
     ASSERT_EQ(session.add(frame, segmented(frame)), std::nullopt);
   }
-  ASSERT_EQ(session.objects().objects().size(), 1U) << "one object, re-identified in every frame";
-  EXPECT_EQ(session.objects().objects()[0].observations, 30U);
+  ASSERT_EQ(session.objects().count(), 1U) << "one object, re-identified in every frame";
+  EXPECT_EQ(session.objects().find(PanopticId{4})->observations, 30U);
   const Mesh mesh = session.mesh();
   int right = 0;
   for (const MeshVertex& v : mesh.vertices) {
@@ -95,41 +99,90 @@ TEST(Session, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
   dangling.segment_at(0, 0) = 9;
   EXPECT_TRUE(session.add(good, dangling).has_value());
 
+  Segmentation nan_score = halves(small_camera());
+  nan_score.segments[0].score = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(session.add(good, nan_score).has_value());
+
   EXPECT_EQ(session.map().hash(), before);
   EXPECT_EQ(session.frames().used(), 1U);
-  EXPECT_EQ(session.frames().skipped(), 8U);
+  EXPECT_EQ(session.frames().skipped(), 9U);
   EXPECT_EQ(session.frames().skipped_by_reason().at("pose is not finite"), 2U);
 }
 
 TEST(Session, AFrameWithoutAPredictionAddsGeometryOnly) {
   Session session({}, test::test_labels());
   ASSERT_EQ(session.add(orbit_frame(0), {}), std::nullopt);
-  EXPECT_TRUE(session.objects().objects().empty());
+  EXPECT_EQ(session.objects().count(), 0U);
   for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, PanopticId::kUnknown);
+}
+
+// A small frame whose detections never find a hold: every pixel is a segment of its own, seen once and outvoted at once.
+Frame tiny_frame() {
+  const Camera camera{16, 12, 14, 14, 8, 6};
+  return render(test::plane(Vec3d::UnitZ(), 1), camera, Pose::Identity());
+}
+
+Segmentation checkered(const Frame& frame, int step) {
+  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()), {{ClassId{1}, 1, {}}}};
+  for (std::size_t i = 0; i < s.segment_at.size(); ++i) {
+    const bool thing = i % 23 == static_cast<std::size_t>(step) % 23;
+    if (thing) s.segments.push_back({ClassId{3}, 0.5F, {}});
+    s.segment_at[i] = static_cast<std::uint16_t>(thing ? s.segments.size() : 1);
+  }
+  return s;
+}
+
+double allocated_mb() {
+  const struct mallinfo2 info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd) / 1e6;
 }
 
 // A run of a million frames must not grow with frames: after the place is mapped, nothing that a session holds gets larger.
 TEST(Session, MemoryDoesNotGrowWithFrames) {
+  set_thread_count(1);
   Session session({}, test::test_labels());
-  const Frame frame = orbit_frame(0);
-  const Segmentation segmentation = segmented(frame);
-  const auto bad = [&] {
-    Frame f = frame;
-    f.world_from_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
-    return f;
-  }();
+  const Frame frame = tiny_frame();
+  Frame bad = frame;
+  bad.world_from_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
   const auto add_many = [&](int count) {
     for (int i = 0; i < count; ++i) {
-      session.add(frame, segmentation);
+      session.add(frame, checkered(frame, i));
       session.add(bad, {});
     }
   };
-  add_many(1100);  // more bad frames than are listed one by one
-  const double settled_mb = peak_rss_mb();
-  add_many(500);
-  EXPECT_EQ(session.objects().objects().size(), 1U);
+  add_many(12000);  // about 100,000 objects: more than there are ids
+  const double settled_mb = allocated_mb();
+  add_many(12000);
+  EXPECT_LT(allocated_mb() - settled_mb, 0.1);
+  EXPECT_LT(session.objects().count(), 4096U);
   EXPECT_LE(session.frames().first_skipped().size(), FrameLog::kMaxListed);
-  EXPECT_LT(peak_rss_mb() - settled_mb, 1.0);
+  // And new things are still found.
+  Segmentation whole{Image<std::uint16_t>(16, 12, 1), {{ClassId{3}, 1, {}}}};
+  for (int i = 0; i < 40000; ++i) session.add(frame, whole);
+  const Mesh mesh = session.mesh();
+  const auto is_chair = [](const MeshVertex& v) { return v.class_id == ClassId{3}; };
+  EXPECT_GT(std::count_if(mesh.vertices.begin(), mesh.vertices.end(), is_chair), 10);
+  set_thread_count(0);
+}
+
+TEST(Session, AFarPoseAndDepthOutOfRangeAreRejected) {
+  Session session({}, test::test_labels());
+  Frame far = tiny_frame();
+  far.world_from_camera.translation() = Vec3d(1e9, -1e9, 1e9);
+  EXPECT_TRUE(session.add(far, {}).has_value());
+  Frame wrong_scale = tiny_frame();
+  for (std::size_t i = 0; i < wrong_scale.depth.size(); ++i) wrong_scale.depth[i] = 1000;
+  const auto reason = session.add(wrong_scale, {});
+  ASSERT_TRUE(reason.has_value());
+  EXPECT_NE(reason->find("depth.max_m"), std::string::npos);
+  EXPECT_EQ(session.frames().used(), 0U);
+  EXPECT_EQ(session.map().block_count(), 0U);
+}
+
+TEST(Session, OptionsThatLeaveNoDepthAreAnError) {
+  Options options;
+  options.depth.min_m = 9;
+  EXPECT_THROW(Session(options, test::test_labels()), Error);
 }
 
 TEST(Session, StagesAddUpToFusion) {
