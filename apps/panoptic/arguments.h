@@ -40,7 +40,9 @@ struct Arguments {
 // Prints help or the version when asked. Throws UsageError.
 Arguments parse_arguments(int argc, char** argv);
 
-// Defaults, then --config, then --set, then the flags of their own. Throws UsageError for --set, Error for the file.
+// Defaults, then --config, then --set, then the flags of their own; --predictions on the one side, --semantic and --instance on
+// the other, also win over what the file says about the other side. Throws UsageError for --set and for flags that exclude
+// each other, Error for the file.
 Options options_from(const Arguments& arguments);
 
 }  // namespace panoptic

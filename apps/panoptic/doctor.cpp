@@ -4,7 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdio>
+
 #include "apps/panoptic/commands.h"
+#include "panoptic/base/error.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/io/dataset.h"
 
@@ -15,7 +19,11 @@ int doctor(const Arguments& arguments) {
   const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
   const DoctorReport report = diagnose(*dataset);
   fmt::print("{}\n{}", dataset->description(), to_text(report));
-  return report.worst() == Verdict::kFailed ? kWorldIsWrong : kDone;
+  const auto failed = std::count_if(report.checks.begin(), report.checks.end(),
+                                    [](const Check& check) { return check.verdict == Verdict::kFailed; });
+  if (failed == 0) return kDone;
+  std::fflush(stdout);  // the checks stand above the line that counts them
+  throw Error(fmt::format("{} {} failed", failed, failed == 1 ? "check" : "checks"));
 }
 
 }  // namespace panoptic

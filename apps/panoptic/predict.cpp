@@ -4,6 +4,7 @@
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
+#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/io/dataset.h"
@@ -14,14 +15,15 @@ namespace panoptic {
 
 int predict(const Arguments& arguments) {
   const FrameRange range = frame_range_from(arguments);
-  const Options options = options_from(arguments);
+  Options options = options_from(arguments);
+  options.predictions.clear();  // a file of options may hold them for run
   if (options.networks.semantic.empty() && options.networks.instance.empty()) {
     throw UsageError("predict needs --semantic, --instance or both");
   }
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
   const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
-  const auto predictor = make_network_predictor(options.networks, load_label_set(options.labels));
+  const auto predictor = make_predictor(options);
   PredictionWriter writer(arguments.output, predictor->labels(), networks_text(options.networks));
 
   watch_for_interrupt();
@@ -41,7 +43,11 @@ int predict(const Arguments& arguments) {
     }
   }
   fmt::print("{} predictions in {}, {} frames skipped\n", written, arguments.output, skipped);
-  return interrupted() ? kInterrupted : kDone;
+  if (interrupted()) return kInterrupted;
+  if (written == 0) {
+    throw Error(fmt::format("{}: no frame was usable, so there are no predictions; panoptic doctor says why", arguments.dataset));
+  }
+  return kDone;
 }
 
 }  // namespace panoptic

@@ -72,11 +72,17 @@ LabelSet labels_of(const JsonValue& root, const std::string& file) {
 }
 
 // Category id -> class of the label set.
-std::map<std::int64_t, ClassId> class_of_category(const JsonValue& root, const LabelSet& labels) {
+std::map<std::int64_t, ClassId> class_of_category(const JsonValue& root, const LabelSet& labels, const std::string& file) {
   std::map<std::int64_t, ClassId> classes;
   for (const JsonValue& category : root.at("categories").elements()) {
     const LabelClass* same = labels.find(category.at("name").text());
     classes[category.at("id").integer(0, kMaxId)] = same != nullptr ? same->id : ClassId::kUnknown;
+  }
+  if (std::all_of(classes.begin(), classes.end(), [](const auto& c) { return c.second == ClassId::kUnknown; })) {
+    throw Error(
+        fmt::format("{}: none of its {} categories has the name of a class of the label set '{}'; choose another label "
+                    "set, or none to take the categories themselves",
+                    file, classes.size(), labels.name()));
   }
   return classes;
 }
@@ -148,7 +154,7 @@ CocoPanoptic read_coco_panoptic(const std::filesystem::path& json_path, const st
   const JsonValue root(json, file);
   CocoPanoptic coco;
   coco.labels = labels ? *labels : labels_of(root, file);
-  const auto classes = class_of_category(root, coco.labels);
+  const auto classes = class_of_category(root, coco.labels, file);
   const auto frames = frame_numbers(root);
   const std::filesystem::path folder = picture_folder(json_path);
   for (const JsonValue& annotation : root.at("annotations").elements()) {

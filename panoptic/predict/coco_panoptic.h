@@ -36,8 +36,8 @@ struct CocoPanoptic {
 std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::path& path);
 
 // The frame number of a picture is the last number in its image's file name, or its position in the list of images where one
-// has no number or two share one. Categories become classes of the same name in `labels`, others are unknown; without
-// `labels` the categories are the label set. Throws Error naming the file.
+// has no number or two share one. Categories become classes of the same name in `labels`, others are unknown, but
+// not all of them; without `labels` the categories are the label set. Throws Error naming the file.
 CocoPanoptic read_coco_panoptic(const std::filesystem::path& json, const std::optional<LabelSet>& labels);
 
 // Empty where there is no picture for the frame. Stuff of one class becomes one segment. Throws Error naming the file.

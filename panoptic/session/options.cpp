@@ -5,7 +5,7 @@
 namespace panoptic {
 
 Fields fields(Options& o) {
-  Fields all = {{"labels", &o.labels, "label set: a built-in name or a TOML file", {}},
+  Fields all = {{"labels", &o.labels, "label set: a built-in name or a TOML file; empty: the predictions' own, else indoor", {}},
                 {"predictions", &o.predictions, "folder of predictions to use instead of networks", {}}};
   append_group(all, "networks", fields(o.networks));
   append_group(all, "depth", fields(o.depth));

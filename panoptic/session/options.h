@@ -18,8 +18,8 @@
 namespace panoptic {
 
 struct Options {
-  std::string labels = "indoor";  // label set: a built-in name or a TOML file
-  std::string predictions;        // folder of predictions to use instead of networks; empty = none
+  std::string labels;       // label set: a built-in name or a TOML file; empty = the predictions' own, else "indoor"
+  std::string predictions;  // folder of predictions to use instead of networks; empty = none
   NetworkOptions networks;
   DepthOptions depth;
   MapOptions map;

@@ -255,19 +255,17 @@ TEST_F(Run, AFullDiskLosesNothingThatWasThere) {
 }
 
 TEST_F(Run, ADiskThatFillsUpMidwayLeavesTheOlderReport) {
-  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.03"}).exit_code, 0);
-  const auto mesh_bytes = fs::file_size(out_ / "mesh.ply");
-  const auto scene_bytes = fs::file_size(out_ / "scene.glb");
-  ASSERT_LT(mesh_bytes, scene_bytes);
-  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.05"}).exit_code, 0);
+  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.2"}).exit_code, 0);
+  const auto scene_bytes = std::max(fs::file_size(out_ / "scene.glb"), fs::file_size(out_ / "mesh.ply"));
+  const auto view_bytes = fs::file_size(out_ / "views" / "front_color.png");
+  ASSERT_LT(scene_bytes, view_bytes) << "so coarse that the pictures are larger than the map";
+  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.1"}).exit_code, 0);
   const std::string report = read_file(out_ / "report.json");
-  const std::string scene = read_file(out_ / "scene.glb");
-  const ProgramResult result = run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.03"},
-                                           limit_file_bytes((mesh_bytes + scene_bytes) / 2));
+  const ProgramResult result = run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.2"},
+                                           limit_file_bytes((scene_bytes + view_bytes) / 2));
   EXPECT_EQ(result.exit_code, 1);
-  expect_one_line(result.err, "scene.glb");
-  EXPECT_EQ(fs::file_size(out_ / "mesh.ply"), mesh_bytes) << "written before the disk was full";
-  EXPECT_TRUE(read_file(out_ / "scene.glb") == scene);
+  expect_one_line(result.err, "front_color.png");
+  EXPECT_LE(fs::file_size(out_ / "scene.glb"), scene_bytes) << "written before the disk was full";
   EXPECT_TRUE(read_file(out_ / "report.json") == report) << "no report says that the newer files are complete";
 }
 
@@ -369,6 +367,65 @@ TEST_F(Run, PredictionsOfAnotherRecordingAreAnError) {
   expect_one_line(result.err, "2 to 11");
   EXPECT_EQ(report()["frames"]["without_prediction"], 10);
   EXPECT_TRUE(fs::is_regular_file(out_ / "mesh.ply")) << "geometry and colour are kept";
+}
+
+TEST_F(Run, PredictionsOfAnotherLabelSetAreAnErrorThatNamesBoth) {
+  const std::string predictions = write_predictions().string();
+  const ProgramResult result = run({"--labels", "scannet20", "--predictions", predictions});
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "'indoor'");
+  expect_one_line(result.err, "'scannet20'");
+  EXPECT_EQ(run({"--labels", "indoor", "--predictions", predictions}).exit_code, 0);
+  EXPECT_EQ(report()["label_set"], "indoor");
+}
+
+TEST_F(Run, TheReportNamesTheLabelSetThatWasUsed) {
+  ASSERT_EQ(run({"--labels", "home"}).exit_code, 0);
+  EXPECT_EQ(report()["label_set"], "home");
+  ASSERT_EQ(run().exit_code, 0);
+  EXPECT_EQ(report()["label_set"], "indoor");
+}
+
+// COCO panoptic whose only category is called as told, for the first frame.
+fs::path write_coco(const std::string& category) {
+  fs::path folder = fresh_folder("coco");
+  write_json_file(
+      folder / "panoptic.json",
+      {{"images", {{{"id", 1}, {"file_name", "frame-000000.png"}}}},
+       {"categories", {{{"id", 5}, {"name", category}, {"isthing", 1}}}},
+       {"annotations", {{{"image_id", 1}, {"file_name", "0.png"}, {"segments_info", {{{"id", 1}, {"category_id", 5}}}}}}}});
+  write_png(folder / "0.png", Image<Rgb>(160, 120, Rgb{1, 0, 0}));
+  return folder;
+}
+
+TEST_F(Run, CocoCategoriesAreTheLabelSetUnlessOneIsAskedFor) {
+  const std::string coco = write_coco("samovar").string();
+  ASSERT_EQ(run({"--predictions", coco}).exit_code, 0);
+  EXPECT_EQ(report()["labels"][0]["name"], "samovar");
+  const ProgramResult result = run({"--predictions", coco, "--labels", "indoor"});
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "none of its 1 categories");
+  ASSERT_EQ(run({"--predictions", write_coco("chair").string(), "--labels", "indoor"}).exit_code, 0);
+  EXPECT_EQ(report()["label_set"], "indoor");
+}
+
+TEST_F(Run, AFlagWinsOverTheOtherSourceOfLabelsInTheConfig) {
+  const fs::path with_networks = fresh_folder("config") / "networks.toml";
+  write_file(with_networks, "[networks]\nsemantic = \"/nowhere.toml\"\n");
+  EXPECT_EQ(run({"--config", with_networks.string(), "--predictions", write_predictions().string()}).exit_code, 0);
+  const fs::path with_predictions = with_networks.parent_path() / "predictions.toml";
+  write_file(with_predictions, "predictions = \"/no_predictions\"\n");
+  const ProgramResult result = run({"--config", with_predictions.string(), "--instance", "/nowhere.toml"});
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "/nowhere.toml");
+}
+
+TEST_F(Run, PredictionsAndNetworksTogetherAreWrongUsage) {
+  for (const char* network : {"--semantic", "--instance"}) {
+    const ProgramResult result = run({"--predictions", write_predictions().string(), network, "/nowhere.toml"});
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    expect_one_line(result.err, "--predictions");
+  }
 }
 
 }  // namespace

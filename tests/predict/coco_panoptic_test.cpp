@@ -100,6 +100,12 @@ TEST(CocoPanoptic, BringsItsCategoriesAsLabelSet) {
   EXPECT_EQ(predictor->predict(frame_number(31)).segments.size(), 3U);
 }
 
+TEST(CocoPanoptic, RefusesALabelSetThatSharesNoNameWithTheCategories) {
+  const LabelSet other("other", {{kWall, "hull", false, {}}, {kChair, "seat", true, {}}});
+  const std::string message = error_of([&] { make_file_predictor(write_coco(coco_json()), other); });
+  EXPECT_THAT(message, testing::AllOf(HasSubstr("panoptic.json"), HasSubstr("3 categories"), HasSubstr("'other'")));
+}
+
 TEST(CocoPanoptic, RefusesContradictions) {
   const auto refusal = [&](auto change) {
     Json bad = coco_json();
