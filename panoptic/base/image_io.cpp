@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/image_header.h"
 
 namespace panoptic {
 namespace {
@@ -20,51 +20,10 @@ namespace {
 constexpr std::uintmax_t kMaxFileBytes = 256U << 20;
 constexpr std::size_t kMaxPixels = 64U << 20;
 
-std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
-  std::uint32_t value = 0;
-  for (const std::uint8_t byte : bytes) value = value << 8U | byte;
-  return value;
-}
-
-bool starts_with(std::span<const std::uint8_t> bytes, std::string_view magic) {
-  return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin(),
-                                                    [](char m, std::uint8_t b) { return static_cast<std::uint8_t>(m) == b; });
-}
-
-// Walks the segments of a JPEG. OpenCV shows what is left of a truncated one, grey below the cut: not to be taken for a
-// picture. So the end marker must be there, which cannot occur within the picture's data.
-bool acceptable_jpeg(std::span<const std::uint8_t> bytes) {
-  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
-  constexpr std::uint8_t kScan = 0xDA;
-  for (std::size_t at = 2; at + 9 < bytes.size();) {
-    const std::uint8_t marker = bytes[at + 1];
-    if (bytes[at] != 0xFF) return false;
-    if (marker == 0xFF) {  // padding
-      ++at;
-      continue;
-    }
-    if (marker == kScan) return std::search(bytes.begin() + at, bytes.end(), kEnd.begin(), kEnd.end()) != bytes.end();
-    const bool is_frame_header = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-    const std::size_t pixels = std::size_t{big_endian(bytes.subspan(at + 5, 2))} * big_endian(bytes.subspan(at + 7, 2));
-    if (is_frame_header && pixels > kMaxPixels) return false;
-    at += 2 + big_endian(bytes.subspan(at + 2, 2));
-  }
-  return false;
-}
-
-// What can be told of a PNG or JPEG before memory is taken for its pixels.
-bool acceptable(std::span<const std::uint8_t> bytes) {
-  constexpr std::size_t kPngHeaderBytes = 24;  // signature, chunk length and type, width, height
-  if (starts_with(bytes, "\x89PNG") && bytes.size() >= kPngHeaderBytes) {
-    return std::uint64_t{big_endian(bytes.subspan(16, 4))} * big_endian(bytes.subspan(20, 4)) <= kMaxPixels;
-  }
-  return starts_with(bytes, "\xFF\xD8") ? acceptable_jpeg(bytes) : !bytes.empty();
-}
-
 cv::Mat decode(std::span<const std::uint8_t> bytes, std::string_view name, int flags) {
   cv::Mat decoded;
   try {
-    if (bytes.size() <= kMaxFileBytes && acceptable(bytes)) {
+    if (bytes.size() <= kMaxFileBytes && is_acceptable_image(bytes, kMaxPixels)) {
       decoded = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data())), flags);
     }
   } catch (const cv::Exception&) {

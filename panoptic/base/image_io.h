@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Image files in and out: the one seam to OpenCV's codecs. Everything throws Error naming the file (absent, cut off,
-// no image, more than 64 Mi pixels); writing is all or nothing.
+// neither PNG, JPEG, PGM, PPM nor TIFF by its first bytes, more than 64 Mi pixels); writing is all or nothing.
 #pragma once
 
 #include <cstdint>

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/base/image_header.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+
+namespace panoptic {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+std::uint32_t big_endian(Bytes bytes) {
+  std::uint32_t value = 0;
+  for (const std::uint8_t byte : bytes) value = value << 8U | byte;
+  return value;
+}
+
+std::uint32_t little_endian(Bytes bytes) {
+  std::uint32_t value = 0;
+  for (std::size_t i = bytes.size(); i > 0; --i) value = value << 8U | bytes[i - 1];
+  return value;
+}
+
+bool starts_with(Bytes bytes, std::string_view magic) {
+  return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin(),
+                                                    [](char m, std::uint8_t b) { return static_cast<std::uint8_t>(m) == b; });
+}
+
+// Both sides are below 2^32, so the product cannot overflow.
+bool fits(std::uint64_t width, std::uint64_t height, std::size_t max_pixels) {
+  return width > 0 && height > 0 && width * height <= max_pixels;
+}
+
+bool acceptable_png(Bytes bytes, std::size_t max_pixels) {
+  constexpr std::size_t kHeaderBytes = 24;  // signature, chunk length and type, width, height
+  return bytes.size() >= kHeaderBytes && fits(big_endian(bytes.subspan(16, 4)), big_endian(bytes.subspan(20, 4)), max_pixels);
+}
+
+// Walks the segments of a JPEG. OpenCV shows what is left of a truncated one, grey below the cut: not to be taken for a
+// picture. So the end marker must be there, which cannot occur within the picture's data.
+bool acceptable_jpeg(Bytes bytes, std::size_t max_pixels) {
+  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
+  constexpr std::uint8_t kScan = 0xDA;
+  for (std::size_t at = 2; at + 9 < bytes.size();) {
+    const std::uint8_t marker = bytes[at + 1];
+    if (bytes[at] != 0xFF) return false;
+    if (marker == 0xFF) {  // padding
+      ++at;
+      continue;
+    }
+    if (marker == kScan) {
+      const Bytes scan = bytes.subspan(at);
+      return std::search(scan.begin(), scan.end(), kEnd.begin(), kEnd.end()) != scan.end();
+    }
+    const bool is_frame_header = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    const Bytes sizes = bytes.subspan(at + 5, 4);
+    if (is_frame_header && !fits(big_endian(sizes.subspan(2)), big_endian(sizes.first(2)), max_pixels)) return false;
+    at += 2 + big_endian(bytes.subspan(at + 2, 2));
+  }
+  return false;
+}
+
+// The next number in the header of a PGM or PPM, after spaces and comments; moves `at` behind it.
+std::optional<std::uint32_t> next_number(Bytes bytes, std::size_t& at) {
+  constexpr std::size_t kMaxDigits = 9;
+  constexpr std::string_view kSpaces = " \t\r\n\v\f";
+  const auto is_space = [&](std::uint8_t b) { return kSpaces.find(static_cast<char>(b)) != std::string_view::npos; };
+  while (at < bytes.size() && (is_space(bytes[at]) || bytes[at] == '#')) {
+    if (bytes[at] == '#') {
+      while (at < bytes.size() && bytes[at] != '\n') ++at;
+    } else {
+      ++at;
+    }
+  }
+  std::uint32_t value = 0;
+  std::size_t digits = 0;
+  for (; at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9'; ++at, ++digits) {
+    if (digits == kMaxDigits) return std::nullopt;
+    value = value * 10 + (bytes[at] - std::uint32_t{'0'});
+  }
+  return digits > 0 ? std::optional(value) : std::nullopt;
+}
+
+bool acceptable_pnm(Bytes bytes, std::size_t max_pixels) {
+  std::size_t at = 2;
+  const auto width = next_number(bytes, at);
+  const auto height = next_number(bytes, at);
+  return width && height && fits(*width, *height, max_pixels);
+}
+
+// The first directory of a TIFF: codecs read no other.
+bool acceptable_tiff(Bytes bytes, std::size_t max_pixels) {
+  constexpr std::size_t kEntryBytes = 12;
+  constexpr std::uint32_t kShort = 3;
+  constexpr std::uint32_t kLong = 4;
+  constexpr std::array<std::uint32_t, 4> kTags = {256, 257, 322, 323};  // width and height of the image, then of a tile
+  const auto number = bytes[0] == 'I' ? little_endian : big_endian;
+  if (bytes.size() < 8) return false;
+  const std::size_t directory = number(bytes.subspan(4, 4));
+  if (directory + 2 > bytes.size()) return false;
+  const std::size_t entries = number(bytes.subspan(directory, 2));
+  if (directory + 2 + entries * kEntryBytes > bytes.size()) return false;
+  std::array<std::optional<std::uint32_t>, kTags.size()> sizes;
+  for (std::size_t i = 0; i < entries; ++i) {
+    const Bytes entry = bytes.subspan(directory + 2 + i * kEntryBytes, kEntryBytes);
+    const auto tag = std::find(kTags.begin(), kTags.end(), number(entry.first(2)));
+    if (tag == kTags.end()) continue;
+    auto& size = sizes.at(static_cast<std::size_t>(tag - kTags.begin()));
+    const std::uint32_t type = number(entry.subspan(2, 2));
+    if (size || (type != kShort && type != kLong) || number(entry.subspan(4, 4)) != 1) return false;
+    size = number(entry.subspan(8, type == kShort ? 2 : 4));
+  }
+  const bool tile_fits = fits(sizes[2].value_or(1), sizes[3].value_or(1), max_pixels);
+  return sizes[0] && sizes[1] && fits(*sizes[0], *sizes[1], max_pixels) && tile_fits;
+}
+
+}  // namespace
+
+bool is_acceptable_image(std::span<const std::uint8_t> bytes, std::size_t max_pixels) {
+  using std::string_view_literals::operator""sv;
+  if (starts_with(bytes, "\x89PNG")) return acceptable_png(bytes, max_pixels);
+  if (starts_with(bytes, "\xFF\xD8")) return acceptable_jpeg(bytes, max_pixels);
+  if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv)) return acceptable_tiff(bytes, max_pixels);
+  const auto is_pnm = [&](std::string_view magic) { return starts_with(bytes, magic); };
+  constexpr std::array<std::string_view, 4> kPnm = {"P2", "P3", "P5", "P6"};  // grey and colour, as text and as bytes
+  return std::any_of(kPnm.begin(), kPnm.end(), is_pnm) && acceptable_pnm(bytes, max_pixels);
+}
+
+}  // namespace panoptic

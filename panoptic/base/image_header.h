@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What can be told of an image file before a codec sees it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace panoptic {
+
+// True for a PNG, JPEG, PGM, PPM or TIFF file by its first bytes whose header tells of at most max_pixels and which is not
+// obviously cut off. Nothing else may reach the codecs: they know many more formats, which nobody needs or has tested here.
+bool is_acceptable_image(std::span<const std::uint8_t> bytes, std::size_t max_pixels);
+
+}  // namespace panoptic
