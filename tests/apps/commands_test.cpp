@@ -10,6 +10,7 @@
 #include "panoptic/base/image_io.h"
 #include "panoptic/predict/prediction_io.h"
 #include "tests/apps/program.h"
+#include "tests/fresh_folder.h"
 #include "tests/predict/tiny_onnx.h"
 
 namespace panoptic {

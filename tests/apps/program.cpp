@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/apps/program.h"
+#include "tests/fresh_folder.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -55,15 +56,6 @@ bool wait_for_text(const RunningProgram& program, const std::filesystem::path& f
     if (over) return false;
     usleep(kPause_us);
   }
-}
-
-std::filesystem::path fresh_folder(const std::string& name) {
-  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / fmt::format("panoptic_{}_{}_{}", info->test_suite_name(), info->name(), name);
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
 }
 
 Frame orbit_frame(int index) {

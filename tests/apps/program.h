@@ -34,9 +34,6 @@ ProgramResult run_program(const std::vector<std::string>& arguments, const std::
 // Waits until the text is in the file; false if the program ended first.
 bool wait_for_text(const RunningProgram& program, const std::filesystem::path& file, const std::string& text);
 
-// An empty folder of this test's own.
-std::filesystem::path fresh_folder(const std::string& name);
-
 // A ball on a floor, seen from an orbit, as a 7-Scenes recording in the folder.
 void write_orbit_recording(const std::filesystem::path& folder, int frames);
 Frame orbit_frame(int index);

@@ -9,7 +9,7 @@
 
 #include "panoptic/base/files.h"
 #include "tests/expect_error.h"
-#include "tests/temp_folder.h"
+#include "tests/fresh_folder.h"
 
 namespace panoptic {
 namespace {
@@ -270,7 +270,7 @@ TEST(Config, DotsInValuesAndCommentsAreNotNesting) {
 }
 
 TEST(Config, FilesAreNamedInErrors) {
-  const test::TempFolder folder;
+  const std::filesystem::path folder = test::fresh_folder();
   Everything e;
   write_file(folder / "options.toml", "\ncount = 'x'");
   EXPECT_EQ(error_of([&] { read_toml_file(folder / "options.toml", fields(e)); }),

@@ -12,13 +12,13 @@
 #include <fstream>
 
 #include "tests/expect_error.h"
-#include "tests/temp_folder.h"
+#include "tests/fresh_folder.h"
 
 namespace panoptic {
 namespace {
 
 using test::error_of;
-using test::TempFolder;
+using test::fresh_folder;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -45,7 +45,7 @@ class OrdinaryUser {
 };
 
 TEST(ReadFile, GivesEveryByte) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   std::string bytes(100001, '\0');
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 31);
   std::ofstream(folder / "file", std::ios::binary) << bytes;
@@ -59,15 +59,15 @@ TEST(ReadFile, NamesAnAbsentFile) {
 }
 
 TEST(ReadFile, RefusesWhatIsNoRegularFileAtOnce) {
-  const TempFolder folder;
-  EXPECT_THAT(error_of([&] { read_file(folder.path()); }), HasSubstr("not a regular file"));
+  const std::filesystem::path folder = fresh_folder();
+  EXPECT_THAT(error_of([&] { read_file(folder); }), HasSubstr("not a regular file"));
   EXPECT_THAT(error_of([] { read_file("/dev/zero"); }), HasSubstr("not a regular file"));
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
   EXPECT_THAT(error_of([&] { read_file(folder / "pipe"); }), HasSubstr("not a regular file"));  // and does not wait for a writer
 }
 
 TEST(ReadFile, ChecksTheSizeBeforeItTakesMemory) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   std::ofstream(folder / "sparse").flush();
   std::filesystem::resize_file(folder / "sparse", std::uintmax_t{1} << 40);  // 1 TiB of nothing
   EXPECT_THAT(error_of([&] { read_file(folder / "sparse"); }), HasSubstr("1099511627776 bytes, more than the limit"));
@@ -77,7 +77,7 @@ TEST(ReadFile, ChecksTheSizeBeforeItTakesMemory) {
 }
 
 TEST(ReadFile, NamesAFileThatItMayNotRead) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "secret", "x");
   std::filesystem::permissions(folder / "secret", std::filesystem::perms::none);
   const OrdinaryUser ordinary;
@@ -85,18 +85,18 @@ TEST(ReadFile, NamesAFileThatItMayNotRead) {
 }
 
 TEST(WriteFile, WritesAndReplaces) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "file", "first, longer");
   write_file(folder / "file", "second");
   EXPECT_EQ(read_file(folder / "file"), "second");
   const std::vector<std::uint8_t> bytes = {0, 255, 10};
   write_file(folder / "bytes", bytes);
   EXPECT_EQ(read_file(folder / "bytes"), std::string("\0\xff\n", 3));
-  EXPECT_THAT(names_in(folder.path()), ElementsAre("bytes", "file"));  // no temporary file stays
+  EXPECT_THAT(names_in(folder), ElementsAre("bytes", "file"));  // no temporary file stays
 }
 
 TEST(WriteFile, ReadersSeeTheOldOrTheNewFileAndNothingBetween) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   const std::string even(1 << 20, 'e');
   const std::string odd(1 << 19, 'o');
   write_file(folder / "file", even);
@@ -114,7 +114,7 @@ TEST(WriteFile, ReadersSeeTheOldOrTheNewFileAndNothingBetween) {
 }
 
 TEST(WriteFile, AFailureLeavesTheOldFileAndNoRemains) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "file", "old");
   const pid_t child = ::fork();  // the limit and the signal's fate are the process's
   if (child == 0) {
@@ -132,11 +132,11 @@ TEST(WriteFile, AFailureLeavesTheOldFileAndNoRemains) {
   ::waitpid(child, &status, 0);
   EXPECT_EQ(status, 0);
   EXPECT_EQ(read_file(folder / "file"), "old");
-  EXPECT_THAT(names_in(folder.path()), ElementsAre("file"));
+  EXPECT_THAT(names_in(folder), ElementsAre("file"));
 }
 
 TEST(WriteFile, AFullDiskLeavesTheOldFileAndNoRemains) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   std::filesystem::create_directory(folder / "disk");
   if (::mount("tmpfs", (folder / "disk").c_str(), "tmpfs", 0, "size=256k") != 0)
     GTEST_SKIP() << "needs the right to mount a tmpfs";
@@ -150,39 +150,39 @@ TEST(WriteFile, AFullDiskLeavesTheOldFileAndNoRemains) {
 }
 
 TEST(WriteFile, NamesTheTargetWhenTheFolderIsAbsentOrForbidden) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   EXPECT_THAT(error_of([&] { write_file(folder / "absent/file", "x"); }), HasSubstr("absent/file: No such file"));
-  std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
   {
     const OrdinaryUser ordinary;
     EXPECT_THAT(error_of([&] { write_file(folder / "file", "x"); }), HasSubstr("Permission denied"));
   }
-  std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
 }
 
 TEST(WriteFile, DoesNotReplaceAFolder) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   std::filesystem::create_directory(folder / "taken");
   EXPECT_THAT(error_of([&] { write_file(folder / "taken", "x"); }), HasSubstr("Is a directory"));
-  EXPECT_THAT(names_in(folder.path()), ElementsAre("taken"));
+  EXPECT_THAT(names_in(folder), ElementsAre("taken"));
 }
 
 TEST(RequireWritableFolder, MakesParentsAndLeavesNothingBehind) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   require_writable_folder(folder / "a/b/c");
   require_writable_folder(folder / "a/b/c");
   EXPECT_TRUE(std::filesystem::is_empty(folder / "a/b/c"));
 }
 
 TEST(RequireWritableFolder, RefusesAFileInTheWay) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "file", "x");
   EXPECT_THAT(error_of([&] { require_writable_folder(folder / "file"); }), HasSubstr("cannot create the folder"));
   EXPECT_THAT(error_of([&] { require_writable_folder(folder / "file/sub"); }), HasSubstr("cannot create the folder"));
 }
 
 TEST(RequireWritableFolder, RefusesAFolderWithoutPermission) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   std::filesystem::create_directory(folder / "locked");
   std::filesystem::permissions(folder / "locked", std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
   {

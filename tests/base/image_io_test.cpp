@@ -4,17 +4,19 @@
 
 #include <gmock/gmock.h>
 
+#include <bit>
 #include <random>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/image_header.h"
 #include "tests/expect_error.h"
-#include "tests/temp_folder.h"
+#include "tests/fresh_folder.h"
 
 namespace panoptic {
 namespace {
 
 using test::error_of;
-using test::TempFolder;
+using test::fresh_folder;
 using testing::HasSubstr;
 
 Image<Rgb> noise_rgb(int width, int height) {
@@ -45,14 +47,14 @@ std::vector<std::uint8_t> grey_jpeg() {
 }
 
 TEST(ImageIo, ColourSurvivesThePngRoundTrip) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   const Image<Rgb> image = noise_rgb(37, 23);
   write_png(folder / "image.png", image);
   EXPECT_EQ(read_rgb(folder / "image.png"), image);
 }
 
 TEST(ImageIo, SixteenBitsSurviveThePngRoundTrip) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   Image<std::uint16_t> image(256, 256);
   for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<std::uint16_t>(i);  // every value there is
   write_png(folder / "depth.png", image);
@@ -90,7 +92,7 @@ TEST(ImageIo, TakesAJpegWithBytesAfterItsEnd) {
 }
 
 TEST(ImageIo, RefusesAPngCutOffAnywhere) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_png(folder / "image.png", noise_rgb(9, 7));
   const std::string whole = read_file(folder / "image.png");
   constexpr std::size_t kEndChunk = 12;  // IEND carries no pixels: a file that lacks only it is whole to every reader
@@ -101,7 +103,7 @@ TEST(ImageIo, RefusesAPngCutOffAnywhere) {
 }
 
 TEST(ImageIo, RefusesASixteenBitPngCutOffInTheMiddle) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   Image<std::uint16_t> image(64, 64);
   std::mt19937 random(3);
   for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<std::uint16_t>(random());
@@ -112,7 +114,7 @@ TEST(ImageIo, RefusesASixteenBitPngCutOffInTheMiddle) {
 }
 
 TEST(ImageIo, RefusesEmptyAndForeignFiles) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "empty.png", "");
   write_file(folder / "text.png", "this is no picture");
   EXPECT_THAT(error_of([&] { read_rgb(folder / "empty.png"); }), HasSubstr("empty.png: not a readable image"));
@@ -122,7 +124,7 @@ TEST(ImageIo, RefusesEmptyAndForeignFiles) {
 }
 
 TEST(ImageIo, RefusesAHeaderThatLiesAboutTheSize) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_png(folder / "image.png", noise_rgb(4, 4));
   std::vector<std::uint8_t> png = bytes_of(read_file(folder / "image.png"));
   png[18] = 0x7F;  // width 32516: times height 32516, above the limit
@@ -136,19 +138,101 @@ TEST(ImageIo, RefusesAHeaderThatLiesAboutTheSize) {
   EXPECT_THAT(error_of([&] { decode_rgb(jpeg, "lying.jpg"); }), HasSubstr("lying.jpg: not a readable image"));
 }
 
+TEST(ImageIo, LeavesFormatsThatNobodyNeedsAlone) {
+  // A whole 1 x 1 picture each, which the codecs below would read.
+  std::vector<std::uint8_t> bmp(58, 0);
+  const std::vector<std::uint8_t> head = {'B', 'M', 58, 0, 0, 0, 0, 0, 0, 0, 54, 0, 0, 0, 40,
+                                          0,   0,   0,  1, 0, 0, 0, 1, 0, 0, 0,  1, 0, 24};
+  std::copy(head.begin(), head.end(), bmp.begin());
+  const std::vector<std::vector<std::uint8_t>> foreign = {
+      bmp, bytes_of(std::string("P4\n1 1\n") + '\x80'),
+      bytes_of("P7\nWIDTH 1\nHEIGHT 1\nDEPTH 1\nMAXVAL 255\nTUPLTYPE GRAYSCALE\nENDHDR\n\x7f"),
+      bytes_of("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x7f\x7f\x7f\x7f")};
+  for (const auto& bytes : foreign) {
+    EXPECT_THAT(error_of([&] { decode_rgb(bytes, "foreign"); }), HasSubstr("foreign: not a readable image")) << bytes[1];
+  }
+}
+
+// A TIFF of one strip of grey floats, little or big endian.
+std::vector<std::uint8_t> float_tiff(bool big, std::uint32_t width, std::uint32_t height, const std::vector<float>& pixels) {
+  std::vector<std::uint8_t> tiff;
+  const auto put = [&](std::uint32_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) tiff.push_back(static_cast<std::uint8_t>(value >> (8 * (big ? bytes - 1 - i : i))));
+  };
+  put(big ? 0x4D4D : 0x4949, 2);
+  put(42, 2);
+  put(8, 4);
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>> entries = {
+      {256, width}, {257, height}, {258, 32},
+      {259, 1},     {262, 1},      {273, 8 + 2 + 10 * 12 + 4},
+      {277, 1},     {278, height}, {279, static_cast<std::uint32_t>(4 * pixels.size())},
+      {339, 3}};
+  put(static_cast<std::uint32_t>(entries.size()), 2);
+  for (const auto& [tag, value] : entries) {
+    const bool is_short = tag == 258 || tag == 259 || tag == 262 || tag == 277 || tag == 339;
+    put(tag, 2);
+    put(is_short ? 3 : 4, 2);
+    put(1, 4);
+    put(value, is_short ? 2 : 4);
+    if (is_short) put(0, 2);
+  }
+  put(0, 4);
+  for (const float pixel : pixels) put(std::bit_cast<std::uint32_t>(pixel), 4);
+  return tiff;
+}
+
+TEST(ImageIo, ReadsFloatsFromATiffOfEitherByteOrder) {
+  const std::filesystem::path folder = fresh_folder();
+  for (const bool big : {false, true}) {
+    write_file(folder / "depth.tiff", float_tiff(big, 3, 1, {0.25F, -1, 1e6F}));
+    EXPECT_EQ(read_gray_float(folder / "depth.tiff"), (Image<float>(3, 1, {0.25F, -1, 1e6F}))) << big;
+  }
+}
+
+// The size is refused by what the header says, before a codec takes memory for it; each is otherwise plausible.
+TEST(ImageHeader, TellsTheSizeOfEveryFormat) {
+  const auto tiff = [](std::uint32_t width, std::uint32_t height) { return float_tiff(width % 2 == 0, width, height, {0}); };
+  EXPECT_TRUE(is_acceptable_image(tiff(100, 10), 1000));
+  EXPECT_TRUE(is_acceptable_image(tiff(125, 8), 1000));
+  for (const auto& [width, height] : std::vector<std::pair<std::uint32_t, std::uint32_t>>{
+           {100, 11}, {1001, 1}, {65536, 65536}, {0xFFFFFFFF, 0xFFFFFFFF}, {0, 5}, {5, 0}}) {
+    EXPECT_FALSE(is_acceptable_image(tiff(width, height), 1000)) << width << " x " << height;
+  }
+  const auto pnm = [](const std::string& text) { return is_acceptable_image(bytes_of(text), 1000); };
+  EXPECT_TRUE(pnm("P5\n# by hand\n100\t10 255\n"));
+  EXPECT_TRUE(pnm("P3 1 1 255 1 2 3"));
+  for (const char* text : {"P5\n100 11\n255\n", "P6 4294967297 1 255\n", "P6 99999 99999 255\n", "P5 -5 5 255\n", "P5 0 5 255\n",
+                           "P5 5", "P5", "P5 # 5 5", "P4 1 1\n"}) {
+    EXPECT_FALSE(pnm(text)) << text;
+  }
+}
+
+TEST(ImageHeader, RefusesATiffWhoseDirectoryIsNotThere) {
+  const std::vector<std::uint8_t> whole = float_tiff(false, 2, 1, {1, 2});
+  for (std::size_t size = 0; size < 8 + 2 + 10 * 12; ++size) {
+    EXPECT_FALSE(is_acceptable_image({whole.data(), size}, 1000)) << size;
+  }
+  std::vector<std::uint8_t> far = whole;
+  std::fill_n(far.begin() + 4, 4, std::uint8_t{0xFF});
+  EXPECT_FALSE(is_acceptable_image(far, 1000));
+}
+
 TEST(ImageIo, SurvivesAnyFlippedByte) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_png(folder / "image.png", noise_rgb(5, 5));
-  for (const std::vector<std::uint8_t>& whole : {bytes_of(read_file(folder / "image.png")), grey_jpeg()}) {
+  for (const std::vector<std::uint8_t>& whole :
+       {bytes_of(read_file(folder / "image.png")), grey_jpeg(), float_tiff(false, 2, 1, {1, 2}), bytes_of("P5\n2 1\n255\n<>")}) {
     for (std::size_t i = 0; i < whole.size(); ++i) {
       for (const int flip : {1, 0x80, 0xFF}) {
         std::vector<std::uint8_t> bytes = whole;
         bytes[i] = static_cast<std::uint8_t>(bytes[i] ^ flip);
-        try {
-          const Image<Rgb> image = decode_rgb(bytes, "flipped");
-          EXPECT_EQ(image.size(), static_cast<std::size_t>(image.width()) * image.height());
-        } catch (const Error& error) {
-          EXPECT_THAT(error.what(), HasSubstr("flipped"));
+        for (const bool color : {true, false}) {
+          try {
+            const std::size_t pixels = color ? decode_rgb(bytes, "flipped").size() : decode_gray16(bytes, "flipped").size();
+            EXPECT_GT(pixels, 0U);
+          } catch (const Error& error) {
+            EXPECT_THAT(error.what(), HasSubstr("flipped"));
+          }
         }
       }
     }
@@ -156,16 +240,16 @@ TEST(ImageIo, SurvivesAnyFlippedByte) {
 }
 
 TEST(ImageIo, RefusesColourWhereDepthIsExpected) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_png(folder / "image.png", noise_rgb(3, 3));
   EXPECT_THAT(error_of([&] { read_gray16(folder / "image.png"); }), HasSubstr("expected one channel of 16 or 8 bits, found 3"));
   EXPECT_THAT(error_of([&] { read_gray_float(folder / "image.png"); }), HasSubstr("expected one channel of 32-bit floats"));
 }
 
 TEST(ImageIo, RefusesToWriteAnEmptyImage) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   EXPECT_THAT(error_of([&] { write_png(folder / "none.png", Image<Rgb>()); }), HasSubstr("none.png"));
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
 TEST(ImageIo, AnUnwritablePlaceIsAnErrorThatNamesIt) {

@@ -6,17 +6,17 @@
 
 #include "panoptic/base/files.h"
 #include "tests/expect_error.h"
-#include "tests/temp_folder.h"
+#include "tests/fresh_folder.h"
 
 namespace panoptic {
 namespace {
 
 using test::error_of;
-using test::TempFolder;
+using test::fresh_folder;
 using testing::HasSubstr;
 
 TEST(Json, SurvivesTheRoundTripInItsOrder) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   const Json json = {{"z", 1}, {"a", {1.5, "text", nullptr}}, {"m", {{"deep", true}}}};
   write_json_file(folder / "file.json", json);
   const Json read = read_json_file(folder / "file.json");
@@ -25,13 +25,13 @@ TEST(Json, SurvivesTheRoundTripInItsOrder) {
 }
 
 TEST(Json, TextThatIsNotUtf8IsReplacedAndNotFatal) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_json_file(folder / "file.json", Json{{"name", "a\xff"}});
   EXPECT_EQ(read_json_file(folder / "file.json")["name"], "a\xef\xbf\xbd");
 }
 
 TEST(Json, BrokenFilesAreErrorsWithNameAndPlace) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "cut.json", R"({"a": [1, 2)");
   EXPECT_THAT(error_of([&] { read_json_file(folder / "cut.json"); }), HasSubstr("cut.json: not valid JSON near byte"));
   write_file(folder / "empty.json", "");
@@ -40,7 +40,7 @@ TEST(Json, BrokenFilesAreErrorsWithNameAndPlace) {
 }
 
 TEST(Json, LargeAndDeepFilesAreErrors) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "large.json", std::string(1000, ' '));
   EXPECT_THAT(error_of([&] { read_json_file(folder / "large.json", 999); }), HasSubstr("more than the limit"));
   write_file(folder / "deep.json", std::string(1000000, '['));

@@ -12,14 +12,14 @@
 #include "panoptic/base/files.h"
 #include "panoptic/data/builtin_labels.h"
 #include "tests/expect_error.h"
+#include "tests/fresh_folder.h"
 #include "tests/shared_data.h"
-#include "tests/temp_folder.h"
 
 namespace panoptic {
 namespace {
 
 using test::error_of;
-using test::TempFolder;
+using test::fresh_folder;
 using testing::HasSubstr;
 
 constexpr ClassId id(int value) { return static_cast<ClassId>(value); }
@@ -29,7 +29,7 @@ LabelSet small_set() {
 }
 
 std::string error_loading(const std::string& toml) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(folder / "set.toml", toml);
   return error_of([&] { load_label_set((folder / "set.toml").string()); });
 }
@@ -164,7 +164,7 @@ TEST(BuiltinLabelSets, IndoorTakesWallFloorAndCeilingAsStuff) {
 }
 
 TEST(LoadLabelSet, ReadsAFileOfTheUser) {
-  const TempFolder folder;
+  const std::filesystem::path folder = fresh_folder();
   write_file(
       folder / "mine.toml",
       "name = 'mine'\n[[class]]\nid = 5\nname = 'robot'\ncolor = [1, 2, 255]\n[[class]]\nid = 2\nname = 'sky'\nthing = false\n");

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/base/error.h"
+#include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
 
 namespace panoptic::test {

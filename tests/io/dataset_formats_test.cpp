@@ -6,6 +6,7 @@
 
 #include "panoptic/base/error.h"
 #include "panoptic/io/dataset.h"
+#include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
 
 namespace panoptic::test {

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <functional>
 
+#include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
 #include "tests/shared_data.h"
 

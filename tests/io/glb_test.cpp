@@ -19,6 +19,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
 #include "panoptic/data/object_shapes.h"
+#include "tests/fresh_folder.h"
 #include "tests/io/test_room.h"
 
 namespace panoptic {

@@ -12,6 +12,7 @@
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "tests/fresh_folder.h"
 #include "tests/io/test_room.h"
 
 namespace panoptic {

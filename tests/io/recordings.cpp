@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/io/recordings.h"
+#include "tests/fresh_folder.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -16,15 +17,6 @@
 
 namespace panoptic::test {
 namespace fs = std::filesystem;
-
-fs::path fresh_folder(const std::string& name) {
-  const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-  fs::path folder =
-      fs::path(::testing::TempDir()) / fmt::format("panoptic_{}_{}_{}", info->test_suite_name(), info->name(), name);
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  return folder;
-}
 
 Image<std::uint16_t> raw_depth(int i, ImageSize size) {
   Image<std::uint16_t> image(size.width, size.height);

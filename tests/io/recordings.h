@@ -19,9 +19,6 @@ constexpr ImageSize kDepthSize{32, 24};
 constexpr ImageSize kColorSize{48, 36};
 constexpr int kFrameCount = 4;
 
-// An empty folder of this test's own.
-std::filesystem::path fresh_folder(const std::string& name);
-
 // Frame i as it is stored. Depth holds a 0 at (0, 0) and a 65535 at (1, 0).
 Image<std::uint16_t> raw_depth(int i, ImageSize size = kDepthSize);
 Image<Rgb> color_image(int i, ImageSize size = kColorSize);

@@ -99,11 +99,4 @@ inline Mesh room(float step_m) {
   return mesh;
 }
 
-inline std::filesystem::path fresh_folder(const std::string& name) {
-  std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / ("panoptic_" + name);
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
 }  // namespace panoptic::test

@@ -16,6 +16,7 @@
 #include "panoptic/base/error.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/parallel.h"
+#include "tests/fresh_folder.h"
 #include "tests/io/test_room.h"
 
 namespace panoptic {

@@ -14,7 +14,7 @@
 #include "panoptic/predict/model.h"
 #include "panoptic/predict/preprocess.h"
 #include "tests/expect_error.h"
-#include "tests/predict/temporary_folder.h"
+#include "tests/fresh_folder.h"
 #include "tests/predict/tiny_onnx.h"
 #include "tests/shared_data.h"
 

@@ -14,7 +14,7 @@
 #include "panoptic/base/json.h"
 #include "panoptic/predict/predictor_files.h"
 #include "tests/expect_error.h"
-#include "tests/predict/temporary_folder.h"
+#include "tests/fresh_folder.h"
 
 namespace panoptic {
 namespace {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <iostream>
 #include <map>
 
@@ -14,7 +15,7 @@
 #include "panoptic/base/image_io.h"
 #include "panoptic/predict/network.h"
 #include "tests/expect_error.h"
-#include "tests/predict/temporary_folder.h"
+#include "tests/fresh_folder.h"
 #include "tests/predict/tiny_onnx.h"
 #include "tests/shared_data.h"
 
@@ -105,7 +106,11 @@ TEST(NetworkPredictor, RefusesADecoderThatDoesNotReadTheOutputs) {
               testing::AllOf(HasSubstr("yolo_seg"), HasSubstr("1 outputs"), HasSubstr("colors.toml")));
 }
 
-std::string shipped(const char* name) { return fmt::format("{}/configs/models/{}.toml", PANOPTIC_SOURCE_DIR, name); }
+// The shipped descriptions, with their weights in the shared folder unless the environment says where.
+std::string shipped(const char* name) {
+  ::setenv("PANOPTIC_MODELS", (test::shared_folder() / "models").c_str(), 0);
+  return fmt::format("{}/configs/models/{}.toml", PANOPTIC_SOURCE_DIR, name);
+}
 
 // The picture with its segments in colour and their borders in white.
 Image<Rgb> overlay(const Image<Rgb>& color, const Segmentation& segmentation, const LabelSet& labels) {
@@ -133,7 +138,7 @@ std::map<std::string, int> pixels_per_class(Predictor& predictor, const std::fil
   EXPECT_EQ(why_unusable(result, frame.color.width(), frame.color.height()), nullptr);
   const std::filesystem::path picture = fresh_folder("pictures") / (name + ".png");
   write_png(picture, overlay(frame.color, result, predictor.labels()));
-  std::cout << "look at " << picture << "\n";
+  std::cout << "look at " << picture << " with PANOPTIC_KEEP_TEST_FILES=1\n";
   std::map<std::string, int> pixels;
   for (const std::uint16_t segment : result.segment_at.pixels()) {
     if (segment != 0) ++pixels[std::string(predictor.labels().name_of(result.segments[segment - 1U].class_id))];
