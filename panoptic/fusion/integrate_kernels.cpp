@@ -31,7 +31,7 @@ void integrate_rows(const KernelFrame& frame, const BlockInCamera& place, const 
 
 PANOPTIC_CLONES
 void integrate_rows(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  RowScratch s;
+  RowScratch s{};
   const auto width = static_cast<float>(frame.width);
   const auto height = static_cast<float>(frame.height);
   const std::int32_t outside = frame.width * frame.height;

@@ -17,7 +17,7 @@ struct RaySegment {
   Vec3f end;
   Vec3f direction;  // unit length
   Vec3f origin;     // the camera
-  float range;      // from the camera to the surface
+  float range = 0;  // from the camera to the surface
 };
 
 RaySegment segment_of(const FrameView& view, std::uint32_t pixel, const Band& band, float voxel_size_m) {
@@ -41,6 +41,27 @@ bool within_grid(const RaySegment& s) {
 }
 
 std::uint64_t block_key(std::int32_t x, std::int32_t y, std::int32_t z) { return pack({x >> 4, y >> 4, z >> 4}); }
+
+struct BlockTarget {
+  VoxelBlock& block;
+  std::uint64_t key;
+  float voxel_size_m;
+};
+
+// Updates the voxels of one block along the ray of a pixel.
+void fuse_along_ray(const FrameView& view, std::uint32_t pixel, const Band& band, const BlockTarget& target) {
+  const RaySegment s = segment_of(view, pixel, band, target.voxel_size_m);
+  walk_cells(s.begin, s.end, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    if (block_key(x, y, z) != target.key) return;
+    const Vec3f center = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) + Vec3f::Constant(0.5F);
+    const float along = (s.range - s.direction.dot(center - s.origin)) * target.voxel_size_m;
+    const float distance = std::clamp(along, -band.truncation_m, band.truncation_m);
+    const float weight = observation_weight(view.pixels.depth[pixel], distance, band);
+    if (weight <= 0) return;
+    const auto voxel = static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15));
+    fuse_voxel(target.block, voxel, distance, weight, view.pixels.color[pixel], view.pixels.label[pixel]);
+  });
+}
 
 }  // namespace
 
@@ -70,26 +91,12 @@ void Integrator::touch_rays(const FrameView& view, const VoxelMap& map) {
 
 // One block = one task: it walks the rays that cross it, chunk by chunk in the order of the pixels, and keeps what is inside.
 void Integrator::update_by_rays(const FrameView& view, std::span<const Slot> slots, VoxelMap& map) {
-  const float size = map.voxel_size_m();
   parallel_for(slots.size(), [&](std::size_t i) {
-    VoxelBlock& block = map.block(slots[i]);
-    const std::uint64_t own_key = pack(map.index_of(slots[i]));
+    const BlockTarget target{map.block(slots[i]), pack(map.index_of(slots[i])), map.voxel_size_m()};
     for (const PixelsOfBlock& lists : rays_) {
-      const auto list = lists.find(own_key);
+      const auto list = lists.find(target.key);
       if (list == lists.end()) continue;
-      for (const std::uint32_t pixel : list->second) {
-        const RaySegment s = segment_of(view, pixel, band_, size);
-        walk_cells(s.begin, s.end, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-          if (block_key(x, y, z) != own_key) return;
-          const Vec3f center = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) + Vec3f::Constant(0.5F);
-          const float along = (s.range - s.direction.dot(center - s.origin)) * size;
-          const float distance = std::clamp(along, -band_.truncation_m, band_.truncation_m);
-          const float weight = observation_weight(view.pixels.depth[pixel], distance, band_);
-          if (weight <= 0) return;
-          const auto voxel = static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15));
-          fuse_voxel(block, voxel, distance, weight, view.pixels.color[pixel], view.pixels.label[pixel]);
-        });
-      }
+      for (const std::uint32_t pixel : list->second) fuse_along_ray(view, pixel, band_, target);
     }
   });
 }

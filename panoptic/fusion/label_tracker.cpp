@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace panoptic {
 namespace {
@@ -18,8 +19,8 @@ Fields fields(TrackerOptions& o) {
            in_range(0, 1)}};
 }
 
-LabelTracker::LabelTracker(const TrackerOptions& options, const LabelSet& labels)
-    : options_(options), labels_(labels), column_of_id_(kIds, kNoColumn) {}
+LabelTracker::LabelTracker(const TrackerOptions& options, LabelSet labels)
+    : options_(options), labels_(std::move(labels)), column_of_id_(kIds, kNoColumn) {}
 
 // Neighbouring pixels mostly repeat the same pair, so runs are counted and added at their end.
 void LabelTracker::count_overlaps(const RegisteredFrame& registered, std::size_t segment_count,

@@ -22,7 +22,7 @@ Fields fields(TrackerOptions& options);
 
 class LabelTracker {
  public:
-  LabelTracker(const TrackerOptions& options, const LabelSet& labels);
+  LabelTracker(const TrackerOptions& options, LabelSet labels);
 
   // Eq. 3-5: every thing segment gets the id of the object in the map that it overlaps best, if the IoU exceeds the threshold,
   // else a new id; larger masks choose first, and no id is taken twice. Stuff keeps its class number. IoU counts the pixels

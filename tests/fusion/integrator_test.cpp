@@ -129,12 +129,11 @@ TEST(Integrator, ProjectiveEqualsTheNaiveReferenceVoxelByVoxel) {
     for (std::size_t i = 0; i < kBlockVoxels; ++i) {
       const NaiveVoxel& expected = naive[slot][i];
       observed += expected.weight > 0 ? 1 : 0;
-      const bool same = std::abs(block.distance[i] - expected.distance) < 1e-4 &&
-                        std::abs(block.weight[i] - expected.weight) < 1e-4 && block.label[i] == expected.label &&
-                        std::abs(block.label_weight[i] - expected.label_weight) < 1e-4 &&
-                        std::abs(block.red[i] / 256.0 - expected.rgb[0]) < 0.05 &&
-                        std::abs(block.green[i] / 256.0 - expected.rgb[1]) < 0.05 &&
-                        std::abs(block.blue[i] / 256.0 - expected.rgb[2]) < 0.05;
+      const bool same =
+          std::abs(block.distance[i] - expected.distance) < 1e-4 && std::abs(block.weight[i] - expected.weight) < 1e-4 &&
+          block.label[i] == expected.label && std::abs(block.label_weight[i] - expected.label_weight) < 1e-4 &&
+          std::abs(block.red[i] / 256.0 - expected.rgb[0]) < 0.05 && std::abs(block.green[i] / 256.0 - expected.rgb[1]) < 0.05 &&
+          std::abs(block.blue[i] / 256.0 - expected.rgb[2]) < 0.05;
       different += same ? 0 : 1;
     }
   }

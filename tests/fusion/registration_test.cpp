@@ -14,7 +14,6 @@ namespace panoptic {
 namespace {
 
 using test::halves;
-using test::look_at;
 using test::nearest_of;
 using test::plane;
 using test::render;
