@@ -35,9 +35,9 @@ class TestFiles {
 
 // An empty folder of the running test's own, called `name`; the same name gives the same folder, emptied.
 inline std::filesystem::path fresh_folder(const std::string& name = "files") {
-  static const TestFiles files;
+  static const TestFiles kFiles;
   const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  std::filesystem::path folder = files.root() / info->test_suite_name() / info->name() / name;
+  std::filesystem::path folder = kFiles.root() / info->test_suite_name() / info->name() / name;
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;
