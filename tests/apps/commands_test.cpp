@@ -39,6 +39,12 @@ fs::path write_network() {
   return folder / "colors.toml";
 }
 
+// On OpenCV, which is always there and whose threads the thread sanitizer can follow.
+ProgramResult predict(const fs::path& recording, const fs::path& predictions) {
+  return run_program({"predict", recording.string(), "--semantic", write_network().string(), "--set", "networks.engine=opencv",
+                      "-o", predictions.string()});
+}
+
 TEST(Doctor, SaysOnStderrHowManyChecksFailed) {
   const fs::path recording = fresh_folder("recording");
   test::write_orbit_recording(recording, 4);
@@ -63,8 +69,7 @@ TEST(Predict, WritesPredictionsThatRunTakes) {
   const fs::path recording = fresh_folder("recording");
   const fs::path predictions = fresh_folder("predictions");
   test::write_orbit_recording(recording, 3);
-  const ProgramResult result =
-      run_program({"predict", recording.string(), "--semantic", write_network().string(), "-o", predictions.string()});
+  const ProgramResult result = predict(recording, predictions);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(open_predictions(predictions).labels.name(), "indoor");
   const fs::path out = fresh_folder("out");
@@ -77,8 +82,7 @@ TEST(Predict, WithoutAUsableFrameIsOneLineAndExitCode1) {
   const fs::path recording = fresh_folder("recording");
   test::write_orbit_recording(recording, 3);
   spoil_depth(recording, 3);
-  const ProgramResult result =
-      run_program({"predict", recording.string(), "--semantic", write_network().string(), "-o", fresh_folder("out").string()});
+  const ProgramResult result = predict(recording, fresh_folder("out"));
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(test::lines(result.err).back(),
               testing::AllOf(StartsWith("panoptic: "), HasSubstr(recording.string()), HasSubstr("no frame was usable")));
