@@ -12,6 +12,10 @@ find_package(TinyGLTF REQUIRED)
 if(PANOPTIC_PARALLEL STREQUAL "tbb")
   find_package(TBB REQUIRED)
 endif()
+# sim/ alone: rays, the furniture's archive and its models
+find_package(embree 3 REQUIRED)
+find_package(libzip REQUIRED)  # its package refers to the tools zipcmp, zipmerge and ziptool
+find_package(tinyobjloader REQUIRED)
 find_package(OnnxRuntime)
 if(NOT OnnxRuntime_FOUND)
   message(STATUS "ONNX Runtime not found: networks run on OpenCV DNN alone (slower). scripts/setup fetches it, or set OnnxRuntime_ROOT.")

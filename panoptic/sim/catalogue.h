@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The furniture that homes are made of: textured models of Debian's package sweethome3d-furniture after a reviewed table
+// (configs/sim/furniture.toml, compiled in), and parametric models for what the package lacks.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "panoptic/data/labels.h"
+#include "panoptic/sim/scene.h"
+
+namespace panoptic {
+
+// One kind of thing that can stand in a home. `role` is what the placement rules go by: "double_bed", "nightstand",
+// "dining_table", "dining_chair", "office_chair", "desk", "sofa", "wall_picture", "tabletop" ... (the table lists them all).
+struct Furniture {
+  std::string name;  // "Oak chair"
+  std::string role;
+  ClassId class_id = ClassId::kUnknown;
+  Vec3f size_m = Vec3f::Zero();  // width (x), depth (y), height (z)
+  float elevation_m = 0;         // of its bottom above the floor, or above the surface it stands on; pictures, upper cabinets
+};
+
+class Catalogue {
+ public:
+  // Reads the table and the package's list; models are loaded when asked for. Throws Error naming the Debian package if it is
+  // absent, or the entry that is missing or damaged.
+  explicit Catalogue(const std::filesystem::path& folder = "/usr/share/sweethome3d/furniture");
+  ~Catalogue();
+  Catalogue(const Catalogue&) = delete;
+  Catalogue& operator=(const Catalogue&) = delete;
+
+  // In the order of the table; the index names the furniture.
+  const std::vector<Furniture>& furniture() const;
+  std::vector<std::size_t> with_role(std::string_view role) const;
+
+  // Appends the model (scaled to size_m, in the frame that Model states) with its materials and textures to the scene and
+  // returns its index in scene.models. Throws Error for a damaged archive. One thread at a time.
+  std::uint32_t add_model(std::size_t furniture, Scene& scene) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a perfect camera sees of a scene: ray casting with Embree.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "panoptic/base/geometry.h"
+#include "panoptic/base/image.h"
+#include "panoptic/sim/scene.h"
+
+namespace panoptic {
+
+// Images of equal size; where no surface is hit (out of a window): depth 0, class kUnknown, instance 0.
+struct Rendering {
+  Image<float> depth;  // metres, planar z
+  Image<Rgb> color;    // textured, lit by sun and lamps, with ambient occlusion; sRGB
+  Image<ClassId> class_id;
+  Image<std::uint16_t> instance;  // SceneObject::instance
+  Image<float> cos_incidence;     // of the angle between the ray and the surface's normal, 0..1
+};
+
+struct SurfacePoint {
+  double distance_m = 0;
+  ClassId class_id = ClassId::kUnknown;
+  std::uint16_t instance = 0;
+};
+
+// Threads: const functions may run side by side; render() itself spreads over parallel_for's threads. The same picture at any
+// thread count.
+class Renderer {
+ public:
+  // Builds the acceleration structure and what lighting needs. The scene must outlive the renderer. Throws Error if Embree
+  // refuses.
+  explicit Renderer(const Scene& scene);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  Rendering render(const Camera& camera, const Pose& world_from_camera) const;
+
+  // The nearest surface of the scene within max_m, for labelling the ground-truth mesh.
+  std::optional<SurfacePoint> nearest(const Vec3d& world_point, double max_m) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace panoptic

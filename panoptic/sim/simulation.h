@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A home, a camera's way through it, and every frame on demand.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "panoptic/data/frame.h"
+#include "panoptic/data/scan_truth.h"
+#include "panoptic/io/dataset.h"
+#include "panoptic/sim/home.h"
+#include "panoptic/sim/renderer.h"
+#include "panoptic/sim/sensor_noise.h"
+
+namespace panoptic {
+
+struct SimulationOptions {
+  std::uint64_t seed = 1;
+  int rooms = 4;
+  int frames = 0;                // 0 = as many as the way takes at 30 Hz
+  std::string noise = "kinect";  // sensor_noise_preset
+};
+
+// "sim:SEED" or "sim:SEED,rooms=2,frames=300,noise=none". Throws Error showing the syntax.
+SimulationOptions parse_simulation(const std::string& text);
+
+struct SimulatedFrame {
+  Frame frame;          // as the sensor gives it, pose as the tracker reports it
+  Rendering rendering;  // the truth: noise-free
+  Pose true_world_from_camera = Pose::Identity();
+};
+
+class Simulation : public Dataset {
+ public:
+  // Throws Error (package missing, options out of range).
+  explicit Simulation(const SimulationOptions& options);
+  ~Simulation() override;
+
+  std::string description() const override;
+  std::size_t size() const override;
+  ReadResult read(std::size_t position) const override;
+
+  SimulatedFrame simulate(std::size_t position) const;  // REQUIRES position < size()
+
+  const SimulationOptions& options() const;
+  const Home& home() const;
+  const Renderer& renderer() const;
+  const Camera& camera() const;  // of depth and colour alike: 640x480, as ScanNet's
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// The ground-truth mesh: marching cubes of the noise-free fusion of every `stride`-th frame at 2 cm, vertices labelled from the
+// nearest true surface.
+ScanTruth ground_truth(const Simulation& simulation, std::size_t stride = 1);
+
+}  // namespace panoptic
