@@ -16,7 +16,7 @@ namespace panoptic {
 
 int doctor(const Arguments& arguments) {
   set_thread_count(arguments.threads);
-  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
+  const auto dataset = open_recording(arguments.dataset, arguments.calibration);
   const DoctorReport report = diagnose(*dataset);
   fmt::print("{}\n{}", dataset->description(), to_text(report));
   const auto failed = std::count_if(report.checks.begin(), report.checks.end(),

@@ -153,7 +153,7 @@ int run(const Arguments& arguments) {
   const Options options = options_from(arguments);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
+  const auto dataset = open_recording(arguments.dataset, arguments.calibration);
   const auto predictor = make_predictor(options);
   Session session(options, labels_of(options, predictor.get()));
   watch_for_interrupt();

@@ -68,7 +68,7 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
 
 }  // namespace
 
-std::unique_ptr<Dataset> open_dataset(const fs::path& path, const fs::path& calibration) {
+std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& calibration) {
   try {
     return open_absolute(without_trailing_slash(path), calibration);
   } catch (const fs::filesystem_error& e) {  // a folder without permission, for one

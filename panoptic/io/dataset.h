@@ -56,7 +56,7 @@ class Dataset {
 // Recognises the format (ScanNet .sens and exports, 7-Scenes / 3DMatch, TUM RGB-D, Replica, plain folder) and opens it.
 // A calibration TOML, if given, overrides intrinsics, depth scale and the colour camera: see docs/datasets.md.
 // Throws Error if nothing is recognised or the recording is unusable as a whole.
-std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
+std::unique_ptr<Dataset> open_recording(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
 
 // Positions begin, begin + step, ... below end. "A:B:STEP", each part optional; B excluded; counts positions, not numbers in
 // file names.

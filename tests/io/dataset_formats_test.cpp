@@ -20,7 +20,7 @@ constexpr int kJpegTolerance = 6;
 
 std::string error_of(const fs::path& path, const fs::path& calibration = {}) {
   try {
-    open_dataset(path, calibration);
+    open_recording(path, calibration);
   } catch (const Error& e) {
     return e.what();
   }
@@ -42,7 +42,7 @@ TEST(Dataset, ReadsEveryLayoutOfTheScannetExport) {
                                       ScannetLayout{.one_intrinsic = true}}) {
     const fs::path root = fresh_folder("export");
     write_scannet_export(root, layout);
-    const auto dataset = open_dataset(root);
+    const auto dataset = open_recording(root);
     EXPECT_THAT(dataset->description(), StartsWith("ScanNet export, 4 frames, depth 32x24, colour 48x36"));
     expect_all_frames(*dataset, 1000, kJpegTolerance);
     EXPECT_EQ(dataset->read(3).frame->index, 200);  // numeric order, not 10 before 9
@@ -57,7 +57,7 @@ TEST(Dataset, ScalesScannetIntrinsicsThatKeptTheSensorSize) {
   write_scannet_export(root);
   write_text(root / "intrinsic" / "intrinsic_depth.txt", intrinsic_text({0, 0, 577, 579, 319.5, 239.5}));
   write_text(root / "intrinsic" / "intrinsic_color.txt", intrinsic_text({0, 0, 1170, 1171, 647.5, 483.5}));
-  const Frame frame = *open_dataset(root)->read(0).frame;
+  const Frame frame = *open_recording(root)->read(0).frame;
   EXPECT_NEAR(frame.depth_camera.fx, 577.0 * 32 / 640, 1e-9);
   EXPECT_NEAR(frame.depth_camera.cx, 15.5, 1e-9);
   EXPECT_NEAR(frame.color_camera.fx, 1170.0 * 48 / 1296, 1e-9);
@@ -70,7 +70,7 @@ TEST(Dataset, PlacesTheScannetCamerasByTheirExtrinsics) {
   Eigen::Matrix4d extrinsic = Eigen::Matrix4d::Identity();
   extrinsic(0, 3) = 0.05;
   write_text(root / "intrinsic" / "extrinsic_depth.txt", matrix_text(extrinsic));
-  const Frame frame = *open_dataset(root)->read(2).frame;
+  const Frame frame = *open_recording(root)->read(2).frame;
   EXPECT_NEAR(frame.color_from_depth.translation().x(), 0.05, 1e-6);
   EXPECT_TRUE(frame.world_from_camera.matrix().isApprox(pose_matrix(2) * extrinsic, 1e-6));
 }
@@ -78,7 +78,7 @@ TEST(Dataset, PlacesTheScannetCamerasByTheirExtrinsics) {
 TEST(Dataset, ReadsTheScannetCppExport) {
   const fs::path root = fresh_folder("export");
   write_scannet_cpp_export(root);
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   EXPECT_THAT(dataset->description(), StartsWith("ScanNet C++ export"));
   expect_all_frames(*dataset, 1000, kJpegTolerance);
   EXPECT_EQ(dataset->read(0).frame->color_camera, color_camera());
@@ -97,9 +97,9 @@ TEST(Dataset, ReadsSevenScenesWithItsPublishedConstants) {
   const fs::path calibration = root / "small.toml";
   write_text(calibration, "[depth]\nfx = 30\nfy = 31\ncx = 15.5\ncy = 11.5\n[color]\nfx = 44\nfy = 45\ncx = 23.5\ncy = 17.5\n");
   for (const fs::path& path : {root, root / "seq-02", root / "seq-02" / ""}) {
-    expect_all_frames(*open_dataset(path, calibration), 1000, 0);
+    expect_all_frames(*open_recording(path, calibration), 1000, 0);
   }
-  const Frame frame = *open_dataset(root)->read(0).frame;  // 640x480 constants scaled to the small images
+  const Frame frame = *open_recording(root)->read(0).frame;  // 640x480 constants scaled to the small images
   EXPECT_NEAR(frame.depth_camera.fx, 585.0 * 32 / 640, 1e-9);
   EXPECT_NEAR(frame.color_camera.fx, 585.0 * 48 / 640, 1e-9);
 }
@@ -108,7 +108,7 @@ TEST(Dataset, Reads3DMatchWithItsCameraFileInTheSceneFolder) {
   const fs::path root = fresh_folder("scene");
   write_seven_scenes(root / "seq-01", ".jpg");
   write_text(root / "camera-intrinsics.txt", intrinsic_text(depth_camera()));
-  const auto dataset = open_dataset(root / "seq-01");
+  const auto dataset = open_recording(root / "seq-01");
   expect_all_frames(*dataset, 1000, kJpegTolerance);
   EXPECT_EQ(dataset->read(0).frame->depth_camera, depth_camera());
   EXPECT_EQ(dataset->read(0).frame->color_camera, resized(depth_camera(), kColorSize.width, kColorSize.height));
@@ -126,11 +126,11 @@ TEST(Dataset, ReadsReplicaWithItsCameraFileBesideOrAbove) {
   write_replica(root / "room0");
   const std::string camera = R"({"w": 32, "h": 24, "fx": 30, "fy": 31, "cx": 15.5, "cy": 11.5, "scale": 6553.5})";
   write_text(root / "cam_params.json", R"({"camera": )" + camera + "}");
-  expect_all_frames(*open_dataset(root / "room0"), 6553.5, kJpegTolerance);
+  expect_all_frames(*open_recording(root / "room0"), 6553.5, kJpegTolerance);
   fs::remove(root / "cam_params.json");
   EXPECT_THAT(error_of(root / "room0"), HasSubstr("no camera intrinsics"));
   write_text(root / "room0" / "cam_params.json", camera);
-  expect_all_frames(*open_dataset(root / "room0"), 6553.5, kJpegTolerance);
+  expect_all_frames(*open_recording(root / "room0"), 6553.5, kJpegTolerance);
   write_text(root / "room0" / "cam_params.json", R"({"w": -32})");
   EXPECT_THAT(error_of(root / "room0"), HasSubstr("'w' must be a number"));
 }
@@ -140,7 +140,7 @@ TEST(Dataset, ReplicaFramesAfterTheLastPoseHaveNone) {
   write_replica(root);
   write_text(root / "cam_params.json", R"({"w": 32, "h": 24, "fx": 30, "fy": 31, "cx": 15.5, "cy": 11.5, "scale": 6553.5})");
   write_text(root / "traj.txt", matrix_text(pose_matrix(0), " ") + "\n");
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   EXPECT_EQ(reason(*dataset, 0), "frame");
   EXPECT_EQ(reason(*dataset, 1), "pose missing");
   write_text(root / "traj.txt", "1 2 3\n");
@@ -150,7 +150,7 @@ TEST(Dataset, ReplicaFramesAfterTheLastPoseHaveNone) {
 TEST(Dataset, ReadsAPlainFolderWhoseNumbersHaveGaps) {
   const fs::path root = fresh_folder("plain");
   write_plain_folder(root);
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   EXPECT_THAT(dataset->description(), StartsWith("plain folder, 4 frames"));
   expect_all_frames(*dataset, 1000, 0);
   EXPECT_EQ(dataset->read(3).frame->index, 12);
@@ -169,7 +169,7 @@ TEST(Dataset, ReadsAPlainFolderWithAPoseFileForEachFrame) {
   fs::remove(root / "poses.txt");
   for (int i = 0; i < kFrameCount; ++i)
     write_text(root / "poses" / fmt::format("{}.txt", 3 + i * i), matrix_text(pose_matrix(i)));
-  expect_all_frames(*open_dataset(root), 1000, 0);
+  expect_all_frames(*open_recording(root), 1000, 0);
 }
 
 TEST(Dataset, SaysWhatItLookedForInAFolderThatIsNoRecording) {
@@ -194,7 +194,7 @@ TEST(Dataset, SkipsFramesWithAReasonAndCountsThemAsPositions) {
   mirrored.col(0).head<3>() *= -1;
   const auto read_first = [&](const std::string& pose) {
     write_text(root / "poses" / "3.txt", pose);
-    return reason(*open_dataset(root), 0);
+    return reason(*open_recording(root), 0);
   };
   EXPECT_EQ(read_first(matrix_text(lost)), "pose is not finite");
   EXPECT_EQ(read_first("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 -1.#INF"), "pose is not finite");
@@ -203,7 +203,7 @@ TEST(Dataset, SkipsFramesWithAReasonAndCountsThemAsPositions) {
   EXPECT_EQ(read_first("1 2 3"), "pose unreadable: poses/3.txt is not a 4x4 matrix");
   EXPECT_EQ(read_first(""), "pose unreadable: poses/3.txt is not a 4x4 matrix");
   EXPECT_EQ(read_first("hello"), "pose unreadable: poses/3.txt is not a 4x4 matrix");
-  EXPECT_EQ(reason(*open_dataset(root), 1), "pose missing");
+  EXPECT_EQ(reason(*open_recording(root), 1), "pose missing");
   EXPECT_EQ(read_first(matrix_text(pose_matrix(0))), "frame");
 }
 
@@ -213,7 +213,7 @@ TEST(Dataset, SkipsFramesWhoseImagesAreMissingCutOffOrOfAnotherSize) {
   fs::remove(root / "frame-000000.color.png");
   fs::resize_file(root / "frame-000001.depth.png", 60);
   write_depth(root / "frame-000002.depth.png", raw_depth(0, {16, 12}));
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   ASSERT_EQ(dataset->size(), 4U);
   EXPECT_EQ(reason(*dataset, 0), "colour image missing");
   EXPECT_EQ(dataset->read(0).skipped.index, 0);
@@ -238,7 +238,7 @@ TEST(Dataset, TakesTheCamerasOfACalibrationFile) {
   write_text(root / "c.toml",
              "[depth]\nfx = 60\nfy = 62\ncx = 31.5\ncy = 23.5\nwidth = 64\nheight = 48\nscale = 500\ninvalid = [65535, 1014]\n"
              "[color]\nfx = 40\nfy = 41\ncx = 20\ncy = 21\n[color_from_depth]\ntranslation = [0.1, 0, 0]\n");
-  const Frame frame = *open_dataset(root, root / "c.toml")->read(0).frame;
+  const Frame frame = *open_recording(root, root / "c.toml")->read(0).frame;
   EXPECT_NEAR(frame.depth_camera.fx, 30, 1e-9);  // for 64x48 images, scaled to 32x24
   EXPECT_NEAR(frame.depth_camera.cx, 15.5, 1e-9);
   EXPECT_EQ(frame.color_camera, (Camera{48, 36, 40, 41, 20, 21}));

@@ -35,7 +35,7 @@ void expect_usable(const Dataset& dataset) {
 TEST(Recordings, TheKitchenOpensWithItsCalibration) {
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
   const auto dataset =
-      open_dataset(shared_folder() / "data" / "kitchen", std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs/kitchen.toml");
+      open_recording(shared_folder() / "data" / "kitchen", std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs/kitchen.toml");
   EXPECT_EQ(dataset->description(), "7-Scenes / 3DMatch, 500 frames, depth 640x480, colour 640x480");
   ASSERT_EQ(dataset->size(), 500U);
   expect_usable(*dataset);
@@ -44,7 +44,7 @@ TEST(Recordings, TheKitchenOpensWithItsCalibration) {
 
 TEST(Recordings, TheHololensRecordingOpensAsAPlainFolder) {
   PANOPTIC_REQUIRE_SHARED("data/hololens");
-  const auto dataset = open_dataset(shared_folder() / "data" / "hololens");
+  const auto dataset = open_recording(shared_folder() / "data" / "hololens");
   EXPECT_EQ(dataset->description(), "plain folder, 200 frames, depth 540x360, colour 540x360");
   ASSERT_EQ(dataset->size(), 200U);
   expect_usable(*dataset);
@@ -56,7 +56,7 @@ TEST(Recordings, StreamingHoldsAFewFramesAtATime) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers keep freed memory";
 #endif
-  const auto dataset = open_dataset(shared_folder() / "data" / "kitchen");
+  const auto dataset = open_recording(shared_folder() / "data" / "kitchen");
   FrameStream stream(*dataset, {0, 150, 1});
   for (int i = 0; i < 30; ++i) stream.next();
   const double before_mb = peak_rss_mb();

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 std::string error_of(const fs::path& path) {
   try {
-    open_dataset(path);
+    open_recording(path);
   } catch (const Error& e) {
     return e.what();
   }
@@ -35,7 +35,7 @@ std::string reason(const Dataset& dataset, std::size_t position) {
 TEST(TumReader, ReadsFramesWhoseListsDisagreeByMilliseconds) {
   const fs::path root = fresh_folder("rgbd_dataset_freiburg1_desk");
   write_tum(root);
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   ASSERT_EQ(dataset->size(), 4U);
   for (int i = 0; i < kFrameCount; ++i) expect_frame(dataset->read(static_cast<std::size_t>(i)), i, 5000);
   EXPECT_DOUBLE_EQ(dataset->read(1).frame->time_s, 1001);
@@ -49,7 +49,7 @@ TEST(TumReader, PairsTheSmallestDifferencesFirstAndUsesEachImageOnce) {
   write_text(root / "depth.txt", "1000.000 depth/1000.0000.png\n1000.018 depth/1001.0000.png\n1002.000 depth/1002.0000.png\n");
   write_text(root / "rgb.txt", "1000.015 rgb/1001.0000.png\n1002.019 rgb/1002.0000.png\n1003.0 rgb/1003.0000.png\n");
   write_text(root / "groundtruth.txt", "1000.018 1 2 3 0 0 0 1\n1002.01 4 5 6 0 0 0 1\n");
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   ASSERT_EQ(dataset->size(), 4U);
   EXPECT_EQ(reason(*dataset, 0), "no colour image within 0.02 s");
   EXPECT_EQ(dataset->read(1).frame->color, color_image(1));
@@ -66,7 +66,7 @@ TEST(TumReader, InterpolatesPosesBetweenCloseNeighboursOnly) {
                          "1000.99 7 7 7 0 0 0 1\n1001.5 9 9 9 0 0 0 1\n"      // 0.5 s apart: the nearest, 0.01 s away
                          "1002.1 8 8 8 0 0 0 1\n",                            // 0.1 s away: none
                          half_turn));
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   const Pose between = dataset->read(0).frame->world_from_camera;
   EXPECT_TRUE(between.translation().isApprox(Vec3d(0.5, 1, 2), 1e-9));
   EXPECT_NEAR(Eigen::AngleAxisd(between.linear()).angle(), std::numbers::pi / 4, 1e-6);
@@ -79,7 +79,7 @@ TEST(TumReader, SkipsPosesThatAreNotFiniteOrNoRotation) {
   write_tum(root);
   write_text(root / "groundtruth.txt",
              "1000 -inf 0 0 0 0 0 1\n1001 0 0 0 nan 0 0 1\n1002 0 0 0 0 0 0 0\n1003 0 0 0 0 0 0 1.01\n");
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   EXPECT_EQ(reason(*dataset, 0), "pose is not finite");
   EXPECT_EQ(reason(*dataset, 1), "pose is not finite");
   EXPECT_EQ(reason(*dataset, 2), "pose is not a rigid transform");
@@ -110,7 +110,7 @@ TEST(TumReader, EveryTruncationOfAListIsAnErrorOrSkipsFrames) {
     for (std::uintmax_t bytes = fs::file_size(root / list); bytes-- > 0;) {
       fs::resize_file(root / list, bytes);
       if (error_of(root) != "no error") continue;
-      const auto dataset = open_dataset(root);
+      const auto dataset = open_recording(root);
       std::size_t usable = 0;
       for (std::size_t i = 0; i < dataset->size(); ++i) usable += dataset->read(i).frame ? 1 : 0;
       EXPECT_LE(usable, 4U);
@@ -129,7 +129,7 @@ TEST(TumReader, ManyEqualTimeStampsStayCheap) {
   }
   write_text(root / "rgb.txt", rgb);
   write_text(root / "depth.txt", depth);
-  EXPECT_GE(open_dataset(root)->size(), 50000U);  // all pairs would be 2.5e9
+  EXPECT_GE(open_recording(root)->size(), 50000U);  // all pairs would be 2.5e9
 }
 
 TEST(TumReader, ReadsAnAssociationFileWithEitherOrder) {
@@ -139,7 +139,7 @@ TEST(TumReader, ReadsAnAssociationFileWithEitherOrder) {
   for (const char* line :
        {"1000 depth/1000.0000.png 1000.01 rgb/1000.0000.png\n", "1000.01 rgb/1000.0000.png 1000 depth/1000.0000.png\n"}) {
     write_text(root / "associations.txt", line);
-    const auto dataset = open_dataset(root);
+    const auto dataset = open_recording(root);
     ASSERT_EQ(dataset->size(), 1U);
     expect_frame(dataset->read(0), 0, 5000);
   }
@@ -148,7 +148,7 @@ TEST(TumReader, ReadsAnAssociationFileWithEitherOrder) {
 TEST(IclReader, TurnsItsUpwardYRoundAndMatchesPosesByNumber) {
   const fs::path root = fresh_folder("living_room_traj0_frei_png");
   write_icl(root);
-  const auto dataset = open_dataset(root);
+  const auto dataset = open_recording(root);
   EXPECT_EQ(reason(*dataset, 0), "no pose within 0.02 s");
   for (int i = 1; i < kFrameCount; ++i) expect_frame(dataset->read(static_cast<std::size_t>(i)), i, 5000);
   EXPECT_GT(dataset->read(1).frame->depth_camera.fy, 0);

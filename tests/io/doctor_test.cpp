@@ -71,7 +71,7 @@ class DoctorOnRecording : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
     PANOPTIC_REQUIRE_SHARED(std::filesystem::path("data") / GetParam());
-    dataset_ = open_dataset(shared_folder() / "data" / GetParam());
+    dataset_ = open_recording(shared_folder() / "data" / GetParam());
   }
   // A smaller sample than usual, to be quick.
   DoctorReport diagnose_with(Corruption corruption) const {
@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(Real, DoctorOnRecording, ::testing::Values("kitchen", "
 TEST(Doctor, TheKitchenPassesWithItsCalibrationToo) {
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
   const auto dataset =
-      open_dataset(shared_folder() / "data" / "kitchen", std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs/kitchen.toml");
+      open_recording(shared_folder() / "data" / "kitchen", std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs/kitchen.toml");
   const DoctorReport report = diagnose(*dataset);
   EXPECT_EQ(report.worst(), Verdict::kOk) << to_text(report);
 }
@@ -169,7 +169,7 @@ TEST(Doctor, ACalibrationFileForAnotherSizeIsFound) {
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
   const std::filesystem::path file = fresh_folder("calibration") / "scannet.toml";
   write_text(file, "[depth]\nfx = 1170\nfy = 1170\ncx = 647.5\ncy = 483.5\n");
-  const DoctorReport report = diagnose(*open_dataset(shared_folder() / "data" / "kitchen", file), {.frames = 20, .pairs = 12});
+  const DoctorReport report = diagnose(*open_recording(shared_folder() / "data" / "kitchen", file), {.frames = 20, .pairs = 12});
   EXPECT_EQ(check_named(report, "depth intrinsics").verdict, Verdict::kFailed);
   EXPECT_THAT(check_named(report, "depth intrinsics").remedy, HasSubstr("1295x967"));
 }
@@ -180,7 +180,7 @@ TEST(Doctor, CountsDroppedFramesByReason) {
   std::filesystem::remove(root / "frame-000001.color.png");
   write_text(root / "frame-000002.pose.txt", "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1");
   std::filesystem::resize_file(root / "frame-000003.depth.png", 50);
-  const DoctorReport report = diagnose(*open_dataset(root));
+  const DoctorReport report = diagnose(*open_recording(root));
   const Check& frames = check_named(report, "frames");
   EXPECT_EQ(frames.verdict, Verdict::kFailed);
   EXPECT_THAT(frames.evidence, HasSubstr("4 of 4 frames looked at, 3 cannot be used"));
@@ -193,7 +193,7 @@ TEST(Doctor, SaysWhenMotionIsTooLittleToTell) {
   const std::filesystem::path root = fresh_folder("scene");
   write_seven_scenes(root);
   for (int i = 0; i < kFrameCount; ++i) write_depth(root / ("frame-00000" + std::to_string(i) + ".depth.png"), raw_depth(0));
-  const DoctorReport report = diagnose(*open_dataset(root));
+  const DoctorReport report = diagnose(*open_recording(root));
   EXPECT_EQ(check_named(report, "poses").verdict, Verdict::kWarning);
   EXPECT_THAT(check_named(report, "poses").evidence, HasSubstr("too little motion"));
 }

@@ -29,7 +29,7 @@ fs::path write_sens(const std::string& bytes) {
 
 std::string error_of(const std::string& bytes) {
   try {
-    open_dataset(write_sens(bytes));
+    open_recording(write_sens(bytes));
   } catch (const Error& e) {
     return e.what();
   }
@@ -37,14 +37,14 @@ std::string error_of(const std::string& bytes) {
 }
 
 std::string reason(const SensFields& fields, std::size_t position) {
-  const ReadResult result = open_dataset(write_sens(sens_bytes(fields)))->read(position);
+  const ReadResult result = open_recording(write_sens(sens_bytes(fields)))->read(position);
   return result.frame ? "frame" : result.skipped.reason;
 }
 
 TEST(SensReader, ReadsEveryCompression) {
   for (const std::int32_t color : {0, 1, 2}) {
     for (const std::int32_t depth : {0, 1}) {
-      const auto dataset = open_dataset(write_sens(sens_bytes({.color_compression = color, .depth_compression = depth})));
+      const auto dataset = open_recording(write_sens(sens_bytes({.color_compression = color, .depth_compression = depth})));
       EXPECT_EQ(dataset->description(), "ScanNet .sens, 4 frames, depth 32x24, colour 48x36");
       for (int i = 0; i < kFrameCount; ++i) expect_frame(dataset->read(static_cast<std::size_t>(i)), i, 1000, color == 2 ? 6 : 0);
       const Frame frame = *dataset->read(3).frame;
@@ -57,15 +57,15 @@ TEST(SensReader, ReadsEveryCompression) {
 
 TEST(SensReader, OpensTheOnlySensFileOfAFolder) {
   const fs::path path = write_sens(sens_bytes());
-  EXPECT_EQ(open_dataset(path.parent_path())->size(), 4U);
+  EXPECT_EQ(open_recording(path.parent_path())->size(), 4U);
   write_text(path.parent_path() / "other.sens", "");
-  EXPECT_THROW(open_dataset(path.parent_path()), Error);
+  EXPECT_THROW(open_recording(path.parent_path()), Error);
 }
 
 TEST(SensReader, AppliesDepthShiftAndDepthExtrinsics) {
   SensFields fields{.depth_shift = 5000};
   fields.depth_extrinsic(1, 3) = 0.25;
-  const Frame frame = *open_dataset(write_sens(sens_bytes(fields)))->read(1).frame;
+  const Frame frame = *open_recording(write_sens(sens_bytes(fields)))->read(1).frame;
   EXPECT_FLOAT_EQ(frame.depth(2, 0), static_cast<float>(raw_depth(1)(2, 0)) / 5000);
   EXPECT_TRUE(frame.world_from_camera.matrix().isApprox(pose_matrix(1) * fields.depth_extrinsic, 1e-5));
   EXPECT_NEAR(frame.color_from_depth.translation().y(), 0.25, 1e-6);
@@ -96,7 +96,7 @@ TEST(SensReader, RefusesAFileCutOffAnywhereBeforeItsLastFrameEnds) {
     if (!header && bytes % 13 != 0 && bytes + 16 < whole.size()) continue;
     fs::resize_file(path, bytes);
     try {
-      open_dataset(path);
+      open_recording(path);
       ADD_FAILURE() << "opened with " << bytes << " of " << whole.size() << " bytes";
     } catch (const Error& e) {
       EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
@@ -150,7 +150,7 @@ TEST(SensReader, EveryFlippedByteOfTheHeaderIsReadOrRefused) {
     bytes[at] = static_cast<char>(bytes[at] ^ 0x81);
     write_text(path, bytes);
     try {
-      const auto dataset = open_dataset(path);
+      const auto dataset = open_recording(path);
       for (std::size_t i = 0; i < dataset->size(); ++i) dataset->read(i);  // gives a frame or a reason
     } catch (const Error& e) {
       EXPECT_THAT(e.what(), HasSubstr("scene.sens")) << at;
@@ -159,7 +159,7 @@ TEST(SensReader, EveryFlippedByteOfTheHeaderIsReadOrRefused) {
 }
 
 TEST(SensReader, GivesTheSameFramesToSeveralThreads) {
-  const auto dataset = open_dataset(write_sens(sens_bytes()));
+  const auto dataset = open_recording(write_sens(sens_bytes()));
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&] {
