@@ -26,7 +26,7 @@ struct Material {
 struct Model {
   std::string name;
   std::vector<Vec3f> positions;
-  std::vector<Eigen::Vector2f> uvs;  // one per position; may lie outside 0..1: textures repeat
+  std::vector<Eigen::Vector2f> uvs;  // one per position; (0, 0) is the texture's top left corner, v runs down; textures repeat
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> material_of;  // per triangle, index into Scene::materials
 };
