@@ -53,6 +53,26 @@ void write_mat(const std::filesystem::path& path, const cv::Mat& mat) {
   write_file(path, bytes);
 }
 
+cv::Mat to_bgr(const Image<Rgb>& image) {
+  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
+  for (int v = 0; v < image.height(); ++v) {
+    std::uint8_t* out = bgr.ptr(v);
+    for (int u = 0; u < image.width(); ++u) {
+      const Rgb c = image(u, v);
+      out[3 * u] = c.b;
+      out[3 * u + 1] = c.g;
+      out[3 * u + 2] = c.r;
+    }
+  }
+  return bgr;
+}
+
+std::vector<std::uint8_t> encode(const char* suffix, const cv::Mat& mat, const std::vector<int>& parameters = {}) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(suffix, mat, bytes, parameters)) throw Error(fmt::format("an image cannot be encoded as {}", suffix));
+  return bytes;
+}
+
 }  // namespace
 
 Image<Rgb> decode_rgb(std::span<const std::uint8_t> bytes, std::string_view name) {
@@ -92,19 +112,19 @@ Image<float> read_gray_float(const std::filesystem::path& path) {
   return to_image<float>(mat);
 }
 
-void write_png(const std::filesystem::path& path, const Image<Rgb>& image) {
-  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
-  for (int v = 0; v < image.height(); ++v) {
-    std::uint8_t* out = bgr.ptr(v);
-    for (int u = 0; u < image.width(); ++u) {
-      const Rgb c = image(u, v);
-      out[3 * u] = c.b;
-      out[3 * u + 1] = c.g;
-      out[3 * u + 2] = c.r;
-    }
-  }
-  write_mat(path, bgr);
+std::vector<std::uint8_t> encode_jpeg(const Image<Rgb>& image, int quality) {
+  return encode(".jpg", to_bgr(image), {cv::IMWRITE_JPEG_QUALITY, quality});
 }
+
+std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
+  return encode(".png", cv::Mat(image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())));
+}
+
+std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image) {
+  return encode(".png", cv::Mat(image.height(), image.width(), CV_16UC1, const_cast<std::uint16_t*>(image.data())));
+}
+
+void write_png(const std::filesystem::path& path, const Image<Rgb>& image) { write_mat(path, to_bgr(image)); }
 
 void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& image) {
   write_mat(path, cv::Mat(image.height(), image.width(), CV_16UC1, const_cast<std::uint16_t*>(image.data())));

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "panoptic/base/image.h"
 
@@ -24,6 +25,11 @@ Image<float> read_gray_float(const std::filesystem::path& path);
 // The same from bytes in memory; `name` is for the error text.
 Image<Rgb> decode_rgb(std::span<const std::uint8_t> bytes, std::string_view name);
 Image<std::uint16_t> decode_gray16(std::span<const std::uint8_t> bytes, std::string_view name);
+
+// The bytes of such files. REQUIRES an image that is not empty. JPEG: quality 1..100.
+std::vector<std::uint8_t> encode_jpeg(const Image<Rgb>& image, int quality);
+std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image);
+std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image);
 
 void write_png(const std::filesystem::path& path, const Image<Rgb>& image);
 void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& image);

@@ -61,6 +61,18 @@ TEST(ImageIo, SixteenBitsSurviveThePngRoundTrip) {
   EXPECT_EQ(read_gray16(folder / "depth.png"), image);
 }
 
+TEST(ImageIo, EncodesInMemory) {
+  const Image<std::uint8_t> bytes(3, 1, {0, 127, 255});
+  const Image<std::uint16_t> words(3, 1, {0, 300, 65535});
+  const Image<Rgb> color(16, 8, Rgb{200, 40, 10});
+  EXPECT_EQ(decode_gray16(encode_png(bytes), "bytes.png"), Image<std::uint16_t>(3, 1, {0, 127, 255}));
+  EXPECT_EQ(decode_gray16(encode_png(words), "words.png"), words);
+  const Rgb back = decode_rgb(encode_jpeg(color, 95), "color.jpg")(8, 4);
+  EXPECT_NEAR(back.r, 200, 3);
+  EXPECT_NEAR(back.g, 40, 3);
+  EXPECT_NEAR(back.b, 10, 3);
+}
+
 TEST(ImageIo, EightBitGreyKeepsItsValues) {
   const std::string pgm = std::string("P5\n3 1\n255\n") + '\x00' + '\x7f' + '\xff';
   const Image<std::uint16_t> image = decode_gray16(bytes_of(pgm), "image.pgm");
