@@ -1,0 +1,297 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/sim/lighting.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "panoptic/base/error.h"
+
+namespace panoptic {
+namespace {
+
+constexpr float kLatticeStep_m = 0.05F;  // sun patches and the shadows below furniture are that sharp
+constexpr float kCreaseCosine = 0.75F;   // faces that meet flatter than about 40 degrees are one curved surface
+constexpr float kLift_m = 0.002F;        // rays start above their surface
+constexpr float kScatterReach_m = 1.5F;  // beyond it nothing darkens a place
+constexpr float kScattered = 0.42F;      // light from everywhere in a room, with nothing near
+constexpr float kBounce = 0.8F;          // of that light comes back from what is near, times its colour
+constexpr float kLampSize_m = 0.25F;     // what is closer to a lamp than this is the lamp
+constexpr float kFaintest = 0.004F;      // light of a lamp that is not worth a ray
+constexpr float kOutside_m = 100.0F;
+const Vec3f kSunlight(2.6F, 2.4F, 2.0F);
+constexpr std::size_t kMostPlaces = std::size_t{1} << 31;
+
+// Light as 3 x 16 bits in steps of 1/2048, and a bit that says it is known.
+constexpr std::uint64_t kKnown = std::uint64_t{1} << 63U;
+std::uint64_t packed(const Vec3f& light) {
+  const auto bits = [](float l) { return static_cast<std::uint64_t>(std::clamp(l * 2048 + 0.5F, 0.0F, 65535.0F)); };
+  return kKnown | bits(light.x()) | bits(light.y()) << 16U | bits(light.z()) << 32U;
+}
+Vec3f unpacked(std::uint64_t bits) {
+  const auto light = [&](unsigned shift) { return static_cast<float>((bits >> shift) & 0xffffU); };
+  return Vec3f(light(0), light(16), light(32)) * (1.0F / 2048);
+}
+
+Vec3f facing(const Vec3f& normal, const Vec3f& towards) { return normal.dot(towards) < 0 ? Vec3f(-normal) : normal; }
+
+Vec3f unit(const Vec3f& v) {
+  const float length = v.norm();
+  return length > 0 ? Vec3f(v / length) : Vec3f(Vec3f::UnitZ());
+}
+
+Vec3f any_across(const Vec3f& normal) {
+  return unit(normal.cross(std::abs(normal.z()) < 0.9F ? Vec3f(Vec3f::UnitZ()) : Vec3f(Vec3f::UnitX())));
+}
+
+// Directions above the plane z = 0, dense where the cosine is large: points of a sunflower in the unit disc, lifted. The
+// same for every place, so that what error they make is smooth.
+constexpr int kScatterRays = 32;
+static_assert(kScatterRays % kPacketRays == 0);
+const std::array<Vec3f, kScatterRays>& scatter_directions() {
+  static const std::array<Vec3f, kScatterRays> kDirections = [] {
+    std::array<Vec3f, kScatterRays> directions;
+    for (int i = 0; i < kScatterRays; ++i) {
+      const double squared_radius = (i + 0.5) / kScatterRays;
+      const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+      const double radius = std::sqrt(squared_radius);
+      directions[i] = Vec3d(radius * std::cos(angle), radius * std::sin(angle), std::sqrt(1 - squared_radius)).cast<float>();
+    }
+    return directions;
+  }();
+  return kDirections;
+}
+
+using Key = std::array<float, 3>;
+Key key_of(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
+
+// Twice the area times the unit normal.
+Vec3f area_normal(const Model& model, const std::array<std::uint32_t, 3>& triangle) {
+  const auto& [a, b, c] = triangle;
+  return (model.positions[b] - model.positions[a]).cross(model.positions[c] - model.positions[a]);
+}
+
+// Numbers for equal positions: models repeat a position where texture coordinates differ.
+std::vector<std::uint32_t> position_numbers(const Model& model) {
+  std::map<Key, std::uint32_t> number_of;
+  std::vector<std::uint32_t> numbers;
+  for (const Vec3f& position : model.positions) {
+    numbers.push_back(number_of.emplace(key_of(position), static_cast<std::uint32_t>(number_of.size())).first->second);
+  }
+  return numbers;
+}
+
+}  // namespace
+
+Lighting::ModelPlaces Lighting::places_of(const Model& model) {
+  constexpr std::size_t kMostNeighbours = 64;  // the tip of a cone with 10,000 faces needs no more
+  const std::vector<std::uint32_t> number_at = position_numbers(model);
+  std::vector<std::vector<std::uint32_t>> faces_at(model.positions.size());
+  std::vector<Vec3f> area_normals;
+  for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
+    area_normals.push_back(area_normal(model, model.triangles[t]));
+    for (const std::uint32_t corner : model.triangles[t]) {
+      auto& faces = faces_at[number_at[corner]];
+      if (faces.size() < kMostNeighbours) faces.push_back(t);
+    }
+  }
+  ModelPlaces places;
+  std::map<std::array<std::int32_t, 4>, std::uint32_t> place_of;  // position and roughly the normal
+  for (std::size_t t = 0; t < model.triangles.size(); ++t) {
+    const Vec3f own = unit(area_normals[t]);
+    auto& normals = places.normals.emplace_back();
+    auto& corner_at = places.corner_at.emplace_back();
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t number = number_at[model.triangles[t][i]];
+      Vec3f sum = area_normals[t];
+      for (const std::uint32_t other : faces_at[number]) {
+        const float cosine = unit(area_normals[other]).dot(own);
+        if (other != t && std::abs(cosine) > kCreaseCosine) sum += cosine < 0 ? Vec3f(-area_normals[other]) : area_normals[other];
+      }
+      normals[i] = unit(sum);
+      const Eigen::Vector3i rough = (normals[i] * 8).array().round().cast<int>();
+      const std::array<std::int32_t, 4> key{static_cast<std::int32_t>(number), rough.x(), rough.y(), rough.z()};
+      const auto [place, is_new] = place_of.emplace(key, places.count);
+      if (is_new) ++places.count;
+      corner_at[i] = place->second;
+    }
+  }
+  return places;
+}
+
+Lighting::Lighting(const Scene& scene, const Surfaces& surfaces, const RayTracer& tracer, std::vector<Vec3f> albedos)
+    : scene_(scene), surfaces_(surfaces), tracer_(tracer), albedos_(std::move(albedos)) {
+  for (const Model& model : scene.models) models_.push_back(places_of(model));
+  for (const SceneObject& object : scene.objects) {
+    first_place_.push_back(static_cast<std::uint32_t>(places_));
+    places_ += models_[object.model].count;
+  }
+  lattice_of_.assign(surfaces.triangles.size(), -1);
+  for (std::uint32_t t = 0; t < surfaces.triangles.size() && places_ < kMostPlaces; ++t) add_lattice(t);
+  if (places_ >= kMostPlaces) throw Error(fmt::format("the scene is too large to be lit: more than {} places", kMostPlaces));
+  light_ = std::make_unique<std::atomic<std::uint64_t>[]>(2 * places_);
+}
+
+void Lighting::add_lattice(std::uint32_t triangle) {
+  std::array<Vec3f, 3> corners;
+  for (int i = 0; i < 3; ++i) corners[i] = surfaces_.positions[surfaces_.triangles[triangle][i]];
+  int longest = 0;
+  const auto length_m = [&](int edge) { return (corners[(edge + 1) % 3] - corners[edge]).norm(); };
+  for (int edge = 1; edge < 3; ++edge) {
+    if (length_m(edge) > length_m(longest)) longest = edge;
+  }
+  if (!(length_m(longest) > 2 * kLatticeStep_m)) return;
+  const Vec3f x = (corners[(longest + 1) % 3] - corners[longest]) / length_m(longest);
+  const Vec3f to_apex = corners[(longest + 2) % 3] - corners[longest];
+  const Vec3f y = unit(to_apex - to_apex.dot(x) * x);
+  const float height_m = to_apex.dot(y);
+  // Whole steps along the longest edge: the two halves of a rectangle then have the same places on their diagonal.
+  Lattice lattice;
+  const auto steps = [](float length) { return std::max(1.0F, std::ceil(std::min(length, 1e6F) / kLatticeStep_m)); };
+  const Eigen::Vector2f per_m(steps(length_m(longest)) / length_m(longest), height_m > 0 ? steps(height_m) / height_m : 0);
+  const auto coordinates = [&](const Vec3f& v) { return Eigen::Vector2f(v.dot(x) * per_m.x(), v.dot(y) * per_m.y()); };
+  lattice.first = static_cast<std::uint32_t>(places_);
+  lattice.columns = static_cast<std::uint32_t>(steps(length_m(longest))) + 1;
+  lattice.rows = static_cast<std::uint32_t>(steps(height_m)) + 1;
+  lattice.origin = coordinates(corners[0] - corners[longest]);
+  lattice.along_u = coordinates(corners[1] - corners[0]);
+  lattice.along_v = coordinates(corners[2] - corners[0]);
+  lattice_of_[triangle] = static_cast<std::int32_t>(lattices_.size());
+  lattices_.push_back(lattice);
+  places_ += std::size_t{lattice.columns} * lattice.rows;
+}
+
+Vec3f Lighting::at(std::uint32_t triangle, float u, float v, LitSide side) const {
+  const std::int32_t lattice = lattice_of_[triangle];
+  return lattice < 0 ? at_corners(triangle, u, v, side) : at_lattice(lattices_[lattice], triangle, {u, v}, side);
+}
+
+template <typename MakePlace>
+Vec3f Lighting::remembered(std::uint32_t place, LitSide side, const MakePlace& make_place) const {
+  std::atomic<std::uint64_t>& light = light_[2 * std::size_t{place} + (side == LitSide::kBack ? 1 : 0)];
+  std::uint64_t bits = light.load(std::memory_order_relaxed);
+  if ((bits & kKnown) == 0) {
+    bits = packed(arriving(make_place()));
+    light.store(bits, std::memory_order_relaxed);
+  }
+  return unpacked(bits);
+}
+
+Vec3f Lighting::at_corners(std::uint32_t triangle, float u, float v, LitSide side) const {
+  const std::array<float, 3> weights{1 - u - v, u, v};
+  Vec3f sum = Vec3f::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const auto make_place = [&] { return place_at(triangle, Vec3d::Unit(i), side); };
+    sum += weights[i] * remembered(corner_place(triangle, i), side, make_place);
+  }
+  return sum;
+}
+
+Vec3f Lighting::at_lattice(const Lattice& lattice, std::uint32_t triangle, const Eigen::Vector2f& uv, LitSide side) const {
+  const Eigen::Vector2f at = lattice.origin + uv.x() * lattice.along_u + uv.y() * lattice.along_v;
+  const float x = std::clamp(at.x(), 0.0F, static_cast<float>(lattice.columns - 1));
+  const float y = std::clamp(at.y(), 0.0F, static_cast<float>(lattice.rows - 1));
+  const std::uint32_t column = std::min(static_cast<std::uint32_t>(x), lattice.columns - 2);
+  const std::uint32_t row = std::min(static_cast<std::uint32_t>(y), lattice.rows - 2);
+  const float right = x - static_cast<float>(column);
+  const float up = y - static_cast<float>(row);
+  const auto node = [&](std::uint32_t i, std::uint32_t j) { return at_node(lattice, triangle, {column + i, row + j}, side); };
+  return (1 - up) * ((1 - right) * node(0, 0) + right * node(1, 0)) + up * ((1 - right) * node(0, 1) + right * node(1, 1));
+}
+
+Vec3f Lighting::at_node(const Lattice& lattice, std::uint32_t triangle, const std::array<std::uint32_t, 2>& node,
+                        LitSide side) const {
+  const auto make_place = [&] {
+    // Nodes beyond the triangle's edges stand for the nearest point within.
+    const auto corner = [&](const Eigen::Vector2f& p) { return Vec3d(p.x(), p.y(), 0); };
+    const std::array<Vec3d, 3> corners{corner(lattice.origin), corner(lattice.origin + lattice.along_u),
+                                       corner(lattice.origin + lattice.along_v)};
+    return place_at(triangle, nearest_weights(corners, Vec3d(node[0], node[1], 0)), side);
+  };
+  return remembered(lattice.first + node[1] * lattice.columns + node[0], side, make_place);
+}
+
+std::uint32_t Lighting::corner_place(std::uint32_t triangle, int corner) const {
+  const SurfaceOrigin& origin = surfaces_.origins[triangle];
+  return first_place_[origin.object] + models_[scene_.objects[origin.object].model].corner_at[origin.triangle][corner];
+}
+
+Lighting::Place Lighting::place_at(std::uint32_t triangle, const Vec3d& weights, LitSide side) const {
+  constexpr double kInwards = 0.02;  // away from the edges, where neighbouring surfaces begin
+  const SurfaceOrigin& origin = surfaces_.origins[triangle];
+  const SceneObject& object = scene_.objects[origin.object];
+  const auto& normals = models_[object.model].normals[origin.triangle];
+  std::array<Vec3f, 3> corners;
+  for (int i = 0; i < 3; ++i) corners[i] = surfaces_.positions[surfaces_.triangles[triangle][i]];
+  const Vec3f inner = ((1 - kInwards) * weights + Vec3d::Constant(kInwards / 3)).cast<float>();
+  Vec3f smooth = Vec3f::Zero();
+  Place place{Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()};
+  for (int i = 0; i < 3; ++i) {
+    place.point += inner[i] * corners[i];
+    smooth += inner[i] * normals[i];
+  }
+  const float sign = side == LitSide::kBack ? -1.0F : 1.0F;
+  place.surface = sign * unit((corners[1] - corners[0]).cross(corners[2] - corners[0]));
+  place.normal = facing(unit(world_from_object_normal(object) * smooth), place.surface);
+  return place;
+}
+
+Vec3f Lighting::arriving(const Place& place) const {
+  const Vec3f origin = place.point + kLift_m * place.surface;
+  Vec3f light = scattered(place, origin);
+  const Vec3f sun = unit(scene_.towards_sun);
+  const float sun_cosine = sun.dot(place.normal);
+  if (sun_cosine > 0 && sun.dot(place.surface) > 0 && reaches(origin, sun, kOutside_m)) light += sun_cosine * kSunlight;
+  for (const Lamp& lamp : scene_.lamps) {
+    const Vec3f to_lamp = lamp.position - origin;
+    const float distance = to_lamp.norm();
+    const Vec3f direction = unit(to_lamp);
+    const float strength = std::max(0.0F, direction.dot(place.normal)) / std::max(distance * distance, kLampSize_m);
+    if (strength * lamp.radiance.maxCoeff() < kFaintest || direction.dot(place.surface) <= 0) continue;
+    if (reaches(origin, direction, distance - kLampSize_m)) light += strength * lamp.radiance;
+  }
+  return light;
+}
+
+Vec3f Lighting::scattered(const Place& place, const Vec3f& origin) const {
+  const Vec3f across = any_across(place.normal);
+  const Vec3f other = place.normal.cross(across);
+  Vec3f sum = Vec3f::Zero();
+  RayPacket rays;
+  rays.origin = origin;
+  rays.max_distance = kScatterReach_m;
+  PacketHits hits;
+  for (int begin = 0; begin < kScatterRays; begin += kPacketRays) {
+    for (int i = 0; i < kPacketRays; ++i) {
+      const Vec3f& local = scatter_directions()[begin + i];
+      Vec3f direction = local.x() * across + local.y() * other + local.z() * place.normal;
+      const float height = direction.dot(place.surface);
+      if (height < 0) direction -= 2 * height * place.surface;  // a smoothed normal leans: stay above the surface
+      rays.x[i] = direction.x();
+      rays.y[i] = direction.y();
+      rays.z[i] = direction.z();
+    }
+    tracer_.trace(rays, hits);
+    for (int i = 0; i < kPacketRays; ++i) {
+      if (hits.triangle[i] == kNoTriangle) {
+        sum += Vec3f::Ones();
+        continue;
+      }
+      const SurfaceOrigin& hit = surfaces_.origins[hits.triangle[i]];
+      const Model& model = scene_.models[scene_.objects[hit.object].model];
+      const float nearness = 1 - hits.distance[i] / kScatterReach_m;
+      sum += Vec3f::Constant(1 - nearness) + nearness * kBounce * albedos_[model.material_of[hit.triangle]];
+    }
+  }
+  return kScattered / kScatterRays * sum;
+}
+
+bool Lighting::reaches(const Vec3f& origin, const Vec3f& direction, float distance) const {
+  return distance <= 0 || tracer_.trace(origin, direction, distance).triangle == kNoTriangle;
+}
+
+}  // namespace panoptic

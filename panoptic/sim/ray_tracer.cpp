@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/sim/ray_tracer.h"
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "panoptic/base/error.h"
+
+namespace panoptic {
+namespace {
+
+static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+
+constexpr std::array<int, kPacketRays> kAllValid{-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+
+void check(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_NONE) return;
+  throw Error(fmt::format("Embree cannot build the scene (error {}); is there enough memory?", static_cast<int>(error)));
+}
+
+template <typename Item>
+void fill_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, const std::vector<Item>& items) {
+  void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(Item), items.size());
+  if (buffer != nullptr) std::memcpy(buffer, items.data(), sizeof(Item) * items.size());
+}
+
+struct Query {
+  const Surfaces& surfaces;
+  Vec3d p;
+  double best_squared;
+  std::uint32_t best = kNoTriangle;
+};
+
+bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
+  Query& query = *static_cast<Query*>(arguments->userPtr);
+  const std::uint32_t id = arguments->primID;
+  std::array<Vec3d, 3> corners;
+  for (int i = 0; i < 3; ++i) corners[i] = query.surfaces.positions[query.surfaces.triangles[id][i]].cast<double>();
+  const Vec3d weights = nearest_weights(corners, query.p);
+  const Vec3d point = weights.x() * corners[0] + weights.y() * corners[1] + weights.z() * corners[2];
+  const double squared = (point - query.p).squaredNorm();
+  const bool tie = squared == query.best_squared && id < query.best;
+  if (squared > query.best_squared || (squared == query.best_squared && !tie)) return false;
+  query.best_squared = squared;
+  query.best = id;
+  // A little larger than the distance, so that rounding hides no triangle at the same distance.
+  arguments->query->radius = static_cast<float>(std::sqrt(squared) * (1 + 1e-6) + 1e-6);
+  return true;
+}
+
+}  // namespace
+
+struct RayTracer::State {
+  explicit State(const Surfaces& surfaces_in) : surfaces(surfaces_in), device(rtcNewDevice(nullptr)) {
+    if (device == nullptr) throw Error("Embree does not start on this machine; it needs a CPU with SSE2");
+    scene = rtcNewScene(device);
+  }
+  ~State() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  const Surfaces& surfaces;
+  RTCDevice device;
+  RTCScene scene = nullptr;
+};
+
+RayTracer::RayTracer(const Surfaces& surfaces) : state_(std::make_unique<State>(surfaces)) {
+  rtcSetSceneFlags(state_->scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(state_->scene, RTC_BUILD_QUALITY_MEDIUM);
+  if (!surfaces.triangles.empty()) {
+    RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, surfaces.positions);
+    fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, surfaces.triangles);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(state_->scene, geometry);
+    rtcReleaseGeometry(geometry);
+    check(state_->device);
+  }
+  rtcCommitScene(state_->scene);
+  check(state_->device);
+}
+
+RayTracer::~RayTracer() = default;
+
+void RayTracer::trace(const RayPacket& rays, PacketHits& hits) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = rays.coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  RTCRayHit16 packet;
+  for (int i = 0; i < kPacketRays; ++i) {
+    packet.ray.org_x[i] = rays.origin.x();
+    packet.ray.org_y[i] = rays.origin.y();
+    packet.ray.org_z[i] = rays.origin.z();
+    packet.ray.dir_x[i] = rays.x[i];
+    packet.ray.dir_y[i] = rays.y[i];
+    packet.ray.dir_z[i] = rays.z[i];
+    packet.ray.tnear[i] = 0;
+    packet.ray.tfar[i] = rays.max_distance;
+    packet.ray.time[i] = 0;
+    packet.ray.mask[i] = ~0U;
+    packet.ray.id[i] = 0;
+    packet.ray.flags[i] = 0;
+    packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  rtcIntersect16(kAllValid.data(), state_->scene, &context, &packet);
+  for (int i = 0; i < kPacketRays; ++i) {
+    const bool hit = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+    hits.triangle[i] = hit ? packet.hit.primID[i] : kNoTriangle;
+    hits.distance[i] = packet.ray.tfar[i];
+    hits.u[i] = packet.hit.u[i];
+    hits.v[i] = packet.hit.v[i];
+  }
+}
+
+RayHit RayTracer::trace(const Vec3f& origin, const Vec3f& direction, float max_distance) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit ray{};
+  ray.ray.org_x = origin.x();
+  ray.ray.org_y = origin.y();
+  ray.ray.org_z = origin.z();
+  ray.ray.dir_x = direction.x();
+  ray.ray.dir_y = direction.y();
+  ray.ray.dir_z = direction.z();
+  ray.ray.tfar = max_distance;
+  ray.ray.mask = ~0U;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(state_->scene, &context, &ray);
+  if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {max_distance, kNoTriangle};
+  return {ray.ray.tfar, ray.hit.primID};
+}
+
+std::optional<NearestTriangle> RayTracer::nearest(const Vec3d& p, double max_m) const {
+  RTCPointQuery search{};
+  search.x = static_cast<float>(p.x());
+  search.y = static_cast<float>(p.y());
+  search.z = static_cast<float>(p.z());
+  // The single-precision centre is a little off: by less than this for a home.
+  search.radius = static_cast<float>(max_m * (1 + 1e-6) + 1e-5);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  Query query{state_->surfaces, p, max_m * max_m};
+  rtcPointQuery(state_->scene, &search, &context, visit_triangle, &query);
+  if (query.best == kNoTriangle) return std::nullopt;
+  return NearestTriangle{std::sqrt(query.best_squared), query.best};
+}
+
+}  // namespace panoptic
