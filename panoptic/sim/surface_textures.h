@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What walls and floors look like: pictures that repeat without a seam, each of which covers kTextureSide_m.
+#pragma once
+
+#include <cstdint>
+
+#include "panoptic/base/image.h"
+
+namespace panoptic {
+
+constexpr double kTextureSide_m = 2.0;
+
+enum class Surface : std::uint8_t { kPlaster, kStripes, kPlanks, kTiles, kCarpet };
+
+// 512 x 512 pixels. The colour is the surface's mean; the seed varies grain, planks and tiles.
+Image<Rgb> surface_texture(Surface surface, const Rgb& color, std::uint64_t seed);
+
+}  // namespace panoptic
