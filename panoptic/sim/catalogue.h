@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "panoptic/data/labels.h"
@@ -17,7 +18,7 @@
 namespace panoptic {
 
 // One kind of thing that can stand in a home. `role` is what the placement rules go by: "double_bed", "nightstand",
-// "dining_table", "dining_chair", "office_chair", "desk", "sofa", "wall_picture", "tabletop" ... (the table lists them all).
+// "dining_table", "dining_chair", "office_chair", "desk", "sofa", "wall_picture" ... (the table's head lists them all).
 struct Furniture {
   std::string name;  // "Oak chair"
   std::string role;
@@ -31,6 +32,8 @@ class Catalogue {
   // Reads the table and the package's list; models are loaded when asked for. Throws Error naming the Debian package if it is
   // absent, or the entry that is missing or damaged.
   explicit Catalogue(const std::filesystem::path& folder = "/usr/share/sweethome3d/furniture");
+  // With a table of one's own in place of the built-in one; the text of a TOML file.
+  Catalogue(const std::filesystem::path& folder, std::string_view table);
   ~Catalogue();
   Catalogue(const Catalogue&) = delete;
   Catalogue& operator=(const Catalogue&) = delete;
@@ -40,7 +43,8 @@ class Catalogue {
   std::vector<std::size_t> with_role(std::string_view role) const;
 
   // Appends the model (scaled to size_m, in the frame that Model states) with its materials and textures to the scene and
-  // returns its index in scene.models. Throws Error for a damaged archive. One thread at a time.
+  // returns its index in scene.models. A model is read from its archive once in the life of the catalogue. Throws Error for a
+  // damaged archive. One thread at a time.
   std::uint32_t add_model(std::size_t furniture, Scene& scene) const;
 
  private:
