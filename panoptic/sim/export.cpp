@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/sim/export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <future>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/sim/scan_writer.h"
+
+namespace panoptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+// `<folder>.partial` while the scan is written; becomes `folder` when it is whole, and else is removed.
+class StagingFolder {
+ public:
+  explicit StagingFolder(const fs::path& folder) : final_(fs::absolute(folder).lexically_normal()) {
+    if (!final_.has_filename()) final_ = final_.parent_path();  // "home/" is "home"
+    path_ = final_.string() + ".partial";
+    std::error_code error;
+    if (fs::exists(final_, error) && !(fs::is_directory(final_, error) && fs::is_empty(final_, error))) {
+      throw Error(fmt::format("{} already holds something: choose another folder or remove it", final_.string()));
+    }
+    if (fs::exists(path_, error)) {
+      throw Error(fmt::format("{} is there: an earlier simulation was killed, or another is writing it; if none is, remove it",
+                              path_.string()));
+    }
+    require_writable_folder(path_);
+    ours_ = true;
+  }
+  ~StagingFolder() {
+    std::error_code ignored;
+    if (ours_) fs::remove_all(path_, ignored);
+  }
+  StagingFolder(const StagingFolder&) = delete;
+  StagingFolder& operator=(const StagingFolder&) = delete;
+
+  const fs::path& path() const { return path_; }
+
+  void publish() {
+    std::error_code error;
+    fs::rename(path_, final_, error);
+    if (error) {
+      throw Error(
+          fmt::format("cannot rename {} to {}: {}; choose another folder", path_.string(), final_.string(), error.message()));
+    }
+    ours_ = false;
+  }
+
+ private:
+  fs::path final_;
+  fs::path path_;
+  bool ours_ = false;
+};
+
+// A batch is made in parallel while the one before it is written, so at most two are in memory.
+bool write_frames(const Simulation& simulation, const ExportOptions& options, ScanWriter& writer, const ExportWatch& watch) {
+  constexpr std::size_t kPerThread = 2;
+  const std::size_t batch = kPerThread * static_cast<std::size_t>(thread_count());
+  std::future<void> writing;
+  const auto wait = [&] {
+    if (writing.valid()) writing.get();  // throws what the writer threw
+  };
+  for (std::size_t begin = 0; begin < simulation.size(); begin += batch) {
+    std::vector<ExportedFrame> frames(std::min(batch, simulation.size() - begin));
+    parallel_for(frames.size(), [&](std::size_t i) { frames[i] = make_frame(simulation, options, begin + i); });
+    wait();
+    writing = std::async(std::launch::async, [&writer, made = std::move(frames)] {
+      for (const ExportedFrame& frame : made) writer.write(frame);
+    });
+    if (!watch(std::min(begin + batch, simulation.size()))) return false;
+  }
+  wait();
+  return true;
+}
+
+}  // namespace
+
+Fields fields(ExportOptions& o) {
+  Fields all = {
+      {"seed", &o.seed, "which home: a whole number", {}},
+      {"rooms", &o.rooms, "rooms of the home", in_range(1, 8)},
+      {"frames", &o.frames, "frames of the recording; 0: as many as the way through the home takes at 30 Hz", in_range(0, 1e6)},
+      {"noise", &o.noise, "preset of the sensor's noise", {}},
+      {"predictions", &o.predictions, "preset that prediction_noise came from, or none", {}},
+      {"jpeg_quality", &o.jpeg_quality, "quality of the colour images", in_range(1, 100)},
+      {"truth_stride", &o.truth_stride, "every how many frames enter the true mesh; 0: about 600 do", in_range(0, 1e6)},
+  };
+  append_group(all, "prediction_noise", fields(o.prediction_noise));
+  return all;
+}
+
+SimulationOptions simulation_options(const ExportOptions& o) {
+  SimulationOptions simulation = parse_simulation("sim:" + o.seed.substr(0, o.seed.find(',')));
+  simulation.rooms = o.rooms;
+  simulation.frames = o.frames;
+  simulation.noise = o.noise;
+  sensor_noise_preset(o.noise);
+  return simulation;
+}
+
+HomeStatistics statistics_of(const Home& home) {
+  HomeStatistics statistics;
+  for (const Room& room : home.rooms) statistics.floor_m2 += room.floor.volume();
+  std::set<std::uint16_t> seen;
+  for (const SceneObject& object : home.scene.objects) {
+    if (object.instance != 0 && seen.insert(object.instance).second) ++statistics.objects[object.class_id];
+  }
+  return statistics;
+}
+
+bool export_scan(const Simulation& simulation, const ExportOptions& options, const fs::path& folder, const ExportWatch& watch) {
+  StagingFolder staging(folder);
+  ExportOptions written = options;
+  write_file(staging.path() / "simulation.toml", to_toml(fields(written)));
+  ScanWriter writer(staging.path(), simulation, options);
+  if (!write_frames(simulation, options, writer, watch)) return false;
+  writer.finish();
+  staging.publish();
+  return true;
+}
+
+// Facts of ScanNet's category map: the number of the raw category that bears the class's name ("furniture" for
+// otherfurniture, which is none).
+std::uint16_t scannet_category(ClassId class_id) {
+  static const std::map<int, std::uint16_t> kByNyu40 = {{1, 1},   {2, 3},   {3, 7},   {4, 11},  {5, 2},   {6, 1313}, {7, 4},
+                                                        {8, 5},   {9, 16},  {10, 18}, {11, 15}, {12, 35}, {14, 9},   {16, 21},
+                                                        {24, 27}, {28, 55}, {33, 17}, {34, 14}, {36, 42}, {39, 213}};
+  const auto at = kByNyu40.find(number(class_id));
+  return at == kByNyu40.end() ? std::uint16_t{0} : at->second;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The ground-truth mesh of a home, frame by frame; ground_truth() in simulation.h is all of it at once.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "panoptic/data/scan_truth.h"
+#include "panoptic/fusion/integrator.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/map/voxel_map.h"
+#include "panoptic/sim/simulation.h"
+
+namespace panoptic {
+
+// "scene0007_00" for seed 7.
+std::string scene_name(std::uint64_t seed);
+
+// Fuses noise-free depth and colour from the true poses, by the real integrator. Not thread-safe.
+class TruthBuilder {
+ public:
+  TruthBuilder();
+
+  void add(const SimulatedFrame& frame);
+
+  // Meshes what was seen and asks the scene what each vertex is: kUnknown and instance 0 where no surface lies within 5 cm.
+  ScanTruth finish(const Simulation& simulation) const;
+
+ private:
+  VoxelMap map_;
+  Registration registration_;
+  Integrator integrator_;
+  std::vector<PanopticId> no_votes_;
+};
+
+}  // namespace panoptic
