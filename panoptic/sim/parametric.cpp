@@ -31,6 +31,7 @@ const std::map<std::string, Make, std::less<>>& makers() {
                                                                    {"radiator", make_radiator},
                                                                    {"refrigerator", make_refrigerator},
                                                                    {"shower_curtain", make_curtain},
+                                                                   {"sideboard", make_sideboard},
                                                                    {"stove", make_stove},
                                                                    {"window", make_window}};
   return kMakers;

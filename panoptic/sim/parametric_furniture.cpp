@@ -51,6 +51,38 @@ void make_bookshelf(const ParametricShape& shape, ModelBuilder& builder) {
   }
 }
 
+// A body on legs or on a plinth, with doors and drawers in front.
+void make_sideboard(const ParametricShape& shape, ModelBuilder& builder) {
+  constexpr float gap = 0.003F;
+  const Vec3f& size = shape.size_m;
+  const float x = size.x() / 2;
+  const float y = size.y() / 2;
+  const auto body = builder.material(paint_wood(shape.color, seed_of(shape)));
+  const auto dark = builder.material(Rgb{40, 38, 36});
+  const float legs = shape.variant % 2 == 0 ? 0.05F : 0.12F;
+  const float front = -y + 0.035F;
+  if (shape.variant % 2 == 0) builder.box({-x + 0.02F, front + 0.05F, 0}, {x - 0.02F, y, legs}, dark);
+  for (const float side : {-1.0F, 1.0F}) {
+    if (shape.variant % 2 == 0) break;
+    for (const float depth : {front + 0.05F, y - 0.05F})
+      builder.bar({side * (x - 0.05F), depth, 0}, {side * (x - 0.05F), depth, legs}, 0.02F, dark);
+  }
+  builder.box({-x, front + 0.02F, legs}, {x, y, size.z() - 0.02F}, body);
+  builder.box({-x, front, size.z() - 0.02F}, {x, y, size.z()}, body);
+  const int columns = std::max(1, static_cast<int>(std::lround(size.x() / 0.5F)));
+  const int rows = std::max(1, static_cast<int>(std::lround(size.z() / 0.6F)) + shape.variant % 3);
+  const float width = size.x() / static_cast<float>(columns);
+  const float height = (size.z() - 0.02F - legs) / static_cast<float>(rows);
+  for (int i = 0; i < columns * rows; ++i) {
+    const float left = -x + width * static_cast<float>(i % columns);
+    const float low = legs + height * static_cast<float>(i / columns);
+    builder.box({left + gap, front, low + gap}, {left + width - gap, front + 0.018F, low + height - gap}, body);
+    const float middle = left + width / 2;
+    const float handle = low + height - std::min(0.06F, height / 2);
+    builder.box({middle - 0.06F, front - 0.02F, handle - 0.007F}, {middle + 0.06F, front, handle + 0.007F}, dark);
+  }
+}
+
 // Foot, pole and a shade.
 void make_floor_lamp(const ParametricShape& shape, ModelBuilder& builder) {
   const float r = shape.size_m.x() / 2;

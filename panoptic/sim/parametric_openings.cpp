@@ -14,6 +14,11 @@ constexpr Rgb kMetal{165, 168, 172};
 
 std::uint64_t seed_of(const ParametricShape& shape) { return static_cast<std::uint64_t>(shape.variant) + 1; }
 
+Rgb darker(Rgb color) {
+  const auto channel = [](std::uint8_t value) { return static_cast<std::uint8_t>(value * 17 / 20); };
+  return {channel(color.r), channel(color.g), channel(color.b)};
+}
+
 // Four boards around the rectangle in the plane of the wall.
 void add_frame(ModelBuilder& builder, const Eigen::AlignedBox3f& outside, float board_m, std::uint32_t material) {
   const Vec3f& low = outside.min();
@@ -52,10 +57,11 @@ void make_door(const ParametricShape& shape, ModelBuilder& builder) {
   const Vec3f& size = shape.size_m;
   const float leaf = std::max(0.03F, size.y() / 2 - handle_m);
   const bool is_wood = shape.variant % 2 == 1;
-  const auto wood = is_wood ? builder.material(paint_wood(shape.color, seed_of(shape))) : builder.material(shape.color);
-  const auto panel =
-      builder.material(Rgb{static_cast<std::uint8_t>(shape.color.r * 9 / 10), static_cast<std::uint8_t>(shape.color.g * 9 / 10),
-                           static_cast<std::uint8_t>(shape.color.b * 9 / 10)});
+  const auto surface = [&](Rgb color) {
+    return is_wood ? builder.material(paint_wood(color, seed_of(shape))) : builder.material(color);
+  };
+  const auto wood = surface(shape.color);
+  const auto panel = surface(darker(shape.color));
   const auto metal = builder.material(kMetal);
   builder.box({-size.x() / 2, -leaf, 0}, {size.x() / 2, leaf, size.z()}, wood);
   const int panels = shape.variant % 3 == 2 ? 0 : 2 + shape.variant % 2;

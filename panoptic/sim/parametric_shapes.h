@@ -29,5 +29,6 @@ void make_bin(const ParametricShape& shape, ModelBuilder& builder);
 void make_bookshelf(const ParametricShape& shape, ModelBuilder& builder);
 void make_floor_lamp(const ParametricShape& shape, ModelBuilder& builder);
 void make_monitor(const ParametricShape& shape, ModelBuilder& builder);
+void make_sideboard(const ParametricShape& shape, ModelBuilder& builder);
 
 }  // namespace panoptic
