@@ -16,6 +16,8 @@ endif()
 find_package(embree 3 REQUIRED)
 find_package(libzip REQUIRED)  # its package refers to the tools zipcmp, zipmerge and ziptool
 find_package(tinyobjloader REQUIRED)
+# eval/ alone: headers only, without a package of its own
+find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
 find_package(OnnxRuntime)
 if(NOT OnnxRuntime_FOUND)
   message(STATUS "ONNX Runtime not found: networks run on OpenCV DNN alone (slower). scripts/setup fetches it, or set OnnxRuntime_ROOT.")

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// ScanNet's instance benchmark in 3D: average precision over the scenes, as its public evaluator counts it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "panoptic/eval/benchmark_classes.h"
+#include "panoptic/eval/labelled_vertices.h"
+
+namespace panoptic {
+
+// Nothing where no scene has a true instance of 100 vertices or more.
+struct ApScores {
+  std::optional<double> ap;    // mean over the thresholds .50, .55, ... .90
+  std::optional<double> ap50;  // IoU > .50
+  std::optional<double> ap25;
+
+  bool operator==(const ApScores&) const = default;
+};
+
+struct InstanceScores {
+  ApScores mean;                                       // over the classes that are defined
+  ApScores class_agnostic;                             // the same count with one class for everything; see below
+  std::array<ApScores, kBenchmarkClassCount> classes;  // as in benchmark_classes(); nothing for wall and floor
+};
+
+constexpr std::size_t kMinRegionVertices = 100;  // smaller instances count neither as truth nor as prediction
+
+// Class-agnostic: truth is the instances of the 18 thing classes (wall and floor are not kept), predictions are all masks
+// whatever their label.
+class InstanceAp {
+ public:
+  // An instance of the truth is what shares class and instance number, number 0 included, and is of one of the 18 thing classes;
+  // all else is void. Predictions of other classes or with less than 100 vertices are left out. Of several predictions over one
+  // instance the first is its match. REQUIRES mask vertices below the number of labels.
+  void add(const VertexLabels& truth, const std::vector<InstanceMask>& predictions);
+
+  InstanceScores scores() const;
+
+  // One scene, prepared for counting.
+  struct Overlap {
+    std::size_t other = 0;  // index of the prediction or of the true instance
+    std::size_t vertices = 0;
+  };
+  struct TrueInstance {
+    std::size_t category = 0;
+    std::size_t vertices = 0;
+    std::vector<Overlap> predictions;  // of the same category, in their order
+  };
+  struct Prediction {
+    std::size_t category = 0;
+    std::size_t vertices = 0;
+    std::size_t on_void = 0;
+    double confidence = 0;
+    std::vector<Overlap> truths;  // of the same category
+  };
+  struct Scene {
+    std::vector<TrueInstance> truths;  // ascending by class and instance
+    std::vector<Prediction> predictions;
+  };
+
+ private:
+  std::vector<Scene> by_class_;
+  std::vector<Scene> agnostic_;  // category 0 for everything
+};
+
+}  // namespace panoptic

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// ScanNet's semantic label benchmark in 3D: intersection over union per class, over the vertices of all scenes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "panoptic/eval/benchmark_classes.h"
+
+namespace panoptic {
+
+struct ClassIou {
+  std::uint64_t tp = 0;
+  std::uint64_t fp = 0;
+  std::uint64_t fn = 0;
+
+  // Nothing if the class occurs neither in truth nor in predictions; 0 if only in predictions.
+  std::optional<double> iou() const;
+};
+
+struct SemanticScores {
+  std::optional<double> miou;                          // over the defined classes
+  std::array<ClassIou, kBenchmarkClassCount> classes;  // as in benchmark_classes()
+};
+
+class SemanticIou {
+ public:
+  // One label per vertex each. Truth outside the 20 classes is left out; a prediction outside them is a miss of the true class.
+  // REQUIRES spans of equal size.
+  void add(std::span<const ClassId> truth, std::span<const ClassId> prediction);
+
+  SemanticScores scores() const;
+
+ private:
+  static constexpr std::size_t kColumns = kBenchmarkClassCount + 1;  // the last one: predicted outside the 20
+  std::array<std::array<std::uint64_t, kColumns>, kBenchmarkClassCount> confusion_{};
+};
+
+}  // namespace panoptic

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How well one surface covers another, measured on points spread evenly over both.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "panoptic/base/geometry.h"
+
+namespace panoptic {
+
+// Triangles by reference, whatever they belong to.
+struct Surface {
+  std::vector<Vec3f> positions;
+  std::span<const std::array<std::uint32_t, 3>> triangles;
+};
+
+// `count` points, uniform by area and the same every time; none if the surface has no area.
+std::vector<Vec3f> sample_surface(const Surface& surface, std::size_t count);
+
+struct ThresholdScores {
+  double threshold_m = 0;
+  double precision = 0;  // share of the map's points with the truth nearer than the threshold
+  double recall = 0;     // share of the truth's points with the map nearer
+  double f_score = 0;    // their harmonic mean
+};
+
+struct SurfaceScores {
+  double accuracy_m = 0;              // mean distance from the map's points to the truth
+  double completion_m = 0;            // mean distance from the truth's points to the map
+  std::array<ThresholdScores, 2> at;  // 5 cm, 2.5 cm
+};
+
+class SurfaceMetrics {
+ public:
+  // Compares by samples of both surfaces (about one per 3 cm2, at most kMaxSamples). A scene where one of them has no area adds
+  // to the counts of the other, all missed, and to no mean distance.
+  void add(const Surface& map, const Surface& truth);
+
+  SurfaceScores scores() const;
+
+  static constexpr std::size_t kMaxSamples = 200000;
+
+ private:
+  struct Side {
+    std::size_t points = 0;
+    std::size_t measured = 0;  // points with a distance
+    double distance_sum_m = 0;
+    std::array<std::size_t, 2> near{};
+  };
+  static void count(const std::vector<Vec3f>& points, const std::vector<Vec3f>& others, Side& side);
+
+  Side map_;
+  Side truth_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/eval/vertex_labels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/eval/nearest_points.h"
+#include "panoptic/io/category_map.h"
+#include "panoptic/io/mesh_io.h"
+
+namespace panoptic {
+namespace {
+
+constexpr std::size_t kChunk = 4096;
+constexpr ClassId kOtherProp{40};
+
+// Everyday names of classes that NYU40 calls something else. Appliances and plants are furniture-like; the small things that
+// lie about are otherprop, which the benchmark does not count.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 56> kSynonyms = {{{"couch", "sofa"},
+                                                                                      {"armchair", "chair"},
+                                                                                      {"office chair", "chair"},
+                                                                                      {"dining table", "table"},
+                                                                                      {"coffee table", "table"},
+                                                                                      {"end table", "table"},
+                                                                                      {"cupboard", "cabinet"},
+                                                                                      {"kitchen cabinet", "cabinet"},
+                                                                                      {"bookcase", "bookshelf"},
+                                                                                      {"shelf", "shelves"},
+                                                                                      {"countertop", "counter"},
+                                                                                      {"kitchen counter", "counter"},
+                                                                                      {"painting", "picture"},
+                                                                                      {"poster", "picture"},
+                                                                                      {"drapes", "curtain"},
+                                                                                      {"blind", "blinds"},
+                                                                                      {"fridge", "refrigerator"},
+                                                                                      {"bath", "bathtub"},
+                                                                                      {"rug", "floor mat"},
+                                                                                      {"carpet", "floor mat"},
+                                                                                      {"book", "books"},
+                                                                                      {"light", "lamp"},
+                                                                                      {"backpack", "bag"},
+                                                                                      {"handbag", "bag"},
+                                                                                      {"suitcase", "bag"},
+                                                                                      {"other furniture", "otherfurniture"},
+                                                                                      {"wardrobe", "otherfurniture"},
+                                                                                      {"bench", "otherfurniture"},
+                                                                                      {"tv", "otherfurniture"},
+                                                                                      {"microwave", "otherfurniture"},
+                                                                                      {"oven", "otherfurniture"},
+                                                                                      {"toaster", "otherfurniture"},
+                                                                                      {"plant", "otherfurniture"},
+                                                                                      {"potted plant", "otherfurniture"},
+                                                                                      {"laptop", "otherprop"},
+                                                                                      {"keyboard", "otherprop"},
+                                                                                      {"mouse", "otherprop"},
+                                                                                      {"remote", "otherprop"},
+                                                                                      {"cell phone", "otherprop"},
+                                                                                      {"clock", "otherprop"},
+                                                                                      {"vase", "otherprop"},
+                                                                                      {"bottle", "otherprop"},
+                                                                                      {"cup", "otherprop"},
+                                                                                      {"wine glass", "otherprop"},
+                                                                                      {"bowl", "otherprop"},
+                                                                                      {"fork", "otherprop"},
+                                                                                      {"knife", "otherprop"},
+                                                                                      {"spoon", "otherprop"},
+                                                                                      {"scissors", "otherprop"},
+                                                                                      {"teddy bear", "otherprop"},
+                                                                                      {"hair drier", "otherprop"},
+                                                                                      {"toothbrush", "otherprop"},
+                                                                                      {"umbrella", "otherprop"},
+                                                                                      {"banana", "otherprop"},
+                                                                                      {"apple", "otherprop"},
+                                                                                      {"orange", "otherprop"}}};
+
+// The NYU40 class of every class number a map can hold.
+std::vector<ClassId> class_table(const LabelSet& labels) {
+  std::vector<ClassId> table(std::size_t{std::numeric_limits<std::uint16_t>::max()} + 1, ClassId::kUnknown);
+  for (const LabelClass& c : labels.classes()) table[number(c.id)] = nyu40_of_class_name(c.name).value_or(kOtherProp);
+  return table;
+}
+
+}  // namespace
+
+std::optional<ClassId> nyu40_of_class_name(std::string_view name) {
+  const ClassId own = nyu40_class(name);
+  if (own != ClassId::kUnknown) return own;
+  const auto* at = std::find_if(kSynonyms.begin(), kSynonyms.end(), [&](const auto& entry) { return entry.first == name; });
+  if (at == kSynonyms.end()) return std::nullopt;
+  return nyu40_class(at->second);
+}
+
+std::vector<std::string> foreign_classes(const LabelSet& labels) {
+  std::vector<std::string> lines;
+  for (const LabelClass& c : labels.classes()) {
+    if (!nyu40_of_class_name(c.name)) {
+      lines.push_back(
+          fmt::format("class '{}' of the label set '{}' is none of NYU40's and counts as otherprop", c.name, labels.name()));
+    }
+  }
+  return lines;
+}
+
+double object_confidence(double class_probability, double observations) {
+  constexpr double kHalfTrusted = 10;  // after so many frames
+  return class_probability * observations / (observations + kHalfTrusted);
+}
+
+LabelledVertices carry_labels(const LabelledMap& map, const std::vector<Vec3f>& points) {
+  LabelledVertices result;
+  result.labels.class_id.resize(points.size());
+  result.labels.instance.resize(points.size());
+  result.reached.resize(points.size());
+  for (const auto& [id, confidence] : map.confidence) result.confidence[number(id)] = confidence;
+  std::vector<Vec3f> positions;
+  positions.reserve(map.mesh.vertices.size());
+  for (const MeshVertex& vertex : map.mesh.vertices) positions.push_back(vertex.position);
+  const NearestPoints nearest(std::move(positions));
+  const std::vector<ClassId> classes = class_table(map.labels);
+  const double reach_m = kReach_voxels * map.voxel_size_m;
+  parallel_for((points.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+    const std::size_t end = std::min(points.size(), (chunk + 1) * kChunk);
+    for (std::size_t i = chunk * kChunk; i < end; ++i) {
+      const auto found = nearest.nearest(points[i]);
+      if (!found || found->distance_m > reach_m) continue;
+      const MeshVertex& vertex = map.mesh.vertices[found->index];
+      result.reached[i] = 1;
+      result.labels.class_id[i] = classes[number(vertex.class_id)];
+      const bool is_object = result.labels.class_id[i] != ClassId::kUnknown && map.labels.is_object(vertex.panoptic_id);
+      result.labels.instance[i] = is_object ? number(vertex.panoptic_id) : 0;
+    }
+  });
+  return result;
+}
+
+}  // namespace panoptic
