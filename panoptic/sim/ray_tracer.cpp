@@ -16,7 +16,7 @@ namespace {
 
 static_assert(sizeof(Vec3f) == 3 * sizeof(float));
 
-constexpr std::array<int, kPacketRays> kAllValid{-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+alignas(64) constexpr std::array<int, kPacketRays> kAllValid{-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
 
 void check(RTCDevice device) {
   const RTCError error = rtcGetDeviceError(device);
