@@ -15,6 +15,9 @@
 
 namespace panoptic {
 
+// What the simulated camera takes in a second.
+constexpr double kFrameRate_hz = 30;
+
 // The defaults are free of noise.
 struct SensorNoise {
   float axial_m_per_m2 = 0;     // standard deviation of depth at 1 m; grows with depth squared (Khoshelham and Elberink 2012)
@@ -23,7 +26,7 @@ struct SensorNoise {
   float min_cos_incidence = 0;  // no reading where the surface is more oblique
   float dark_dropout = 0;       // probability that a black surface gives no reading
   float flying_px = 0;          // how far into the background pixels at depth edges are smeared
-  float drift_m_per_s = 0;      // random walk of the pose, standard deviation after a second
+  float drift_m_per_s = 0;      // random walk of the pose, standard deviation along each axis after a second
   float drift_rad_per_s = 0;
   bool motion_blur = false;
   bool exposure = false;  // slow changes of brightness and colour balance
@@ -38,7 +41,8 @@ SensorNoise sensor_noise_preset(const std::string& name);
 void add_sensor_noise(const SensorNoise& noise, std::uint64_t seed, std::int64_t frame_index, Rendering& rendering,
                       const Eigen::Vector2f& motion_px);
 
-// The path as a tracker with drift would report it; starts at the true pose.
+// The path as a tracker with drift would report it, at kFrameRate_hz: every step between frames is a little wrong, so errors
+// add up. Starts at the true pose.
 std::vector<Pose> with_drift(const SensorNoise& noise, std::uint64_t seed, const std::vector<Pose>& truth);
 
 }  // namespace panoptic

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/sim/simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "panoptic/base/error.h"
+#include "panoptic/sim/camera_path.h"
+#include "panoptic/sim/catalogue.h"
+
+namespace panoptic {
+namespace {
+
+constexpr Camera kCamera{640, 480, 577.87, 577.87, 319.5, 239.5};
+constexpr int kMostFrames = 1'000'000;
+
+const SimulationOptions& checked(const SimulationOptions& options) {
+  if (options.frames < 0 || options.frames > kMostFrames) {
+    throw Error(
+        fmt::format("frames = {} is out of range; it may be 0 (as many as the way takes) to {}", options.frames, kMostFrames));
+  }
+  return options;
+}
+
+// How the image moved since the camera stood at `before`: what is seen in the middle, in pixels.
+Eigen::Vector2f motion_px(const Pose& before, const Pose& now, const Image<float>& depth) {
+  constexpr double kTypicalDepth_m = 2;
+  const int u = kCamera.width / 2;
+  const int v = kCamera.height / 2;
+  const double z = depth(u, v) > 0 ? depth(u, v) : kTypicalDepth_m;
+  const Vec3d seen_before = before.inverse() * now * back_project(kCamera, u, v, z);
+  if (seen_before.z() <= 0) return Eigen::Vector2f::Zero();
+  const Eigen::Vector2d at_before(kCamera.fx * seen_before.x() / seen_before.z() + kCamera.cx,
+                                  kCamera.fy * seen_before.y() / seen_before.z() + kCamera.cy);
+  return (Eigen::Vector2d(u, v) - at_before).cast<float>();
+}
+
+}  // namespace
+
+struct Simulation::State {
+  explicit State(const SimulationOptions& options_in)
+      : options(checked(options_in)),
+        noise(sensor_noise_preset(options.noise)),
+        home(make_home({options.seed, options.rooms}, Catalogue())),
+        true_path(make_camera_path(home, {options.seed, options.frames})),
+        tracked_path(with_drift(noise, options.seed, true_path)),
+        renderer(home.scene) {}
+
+  SimulationOptions options;
+  SensorNoise noise;
+  Home home;
+  std::vector<Pose> true_path;
+  std::vector<Pose> tracked_path;
+  Renderer renderer;
+};
+
+Simulation::Simulation(const SimulationOptions& options) : state_(std::make_unique<State>(options)) {}
+
+Simulation::~Simulation() = default;
+
+std::string Simulation::description() const {
+  std::uint16_t things = 0;
+  for (const SceneObject& object : state_->home.scene.objects) things = std::max(things, object.instance);
+  return fmt::format("simulated home {}: {} rooms, {} things, {} frames, depth and colour {}x{}, noise '{}'",
+                     state_->options.seed, state_->home.rooms.size(), things, size(), kCamera.width, kCamera.height,
+                     state_->options.noise);
+}
+
+std::size_t Simulation::size() const { return state_->true_path.size(); }
+
+ReadResult Simulation::read(std::size_t position) const {
+  Frame frame = simulate(position).frame;
+  if (const auto reason = why_unusable(frame)) return {std::nullopt, {frame.index, *reason}};
+  return {std::move(frame), {}};
+}
+
+SimulatedFrame Simulation::simulate(std::size_t position) const {
+  PANOPTIC_ASSERT(position < size());
+  SimulatedFrame result;
+  result.true_world_from_camera = state_->true_path[position];
+  result.rendering = state_->renderer.render(kCamera, result.true_world_from_camera);
+
+  Rendering sensed = result.rendering;
+  const Pose& before = state_->true_path[position > 0 ? position - 1 : 0];
+  add_sensor_noise(state_->noise, state_->options.seed, static_cast<std::int64_t>(position), sensed,
+                   motion_px(before, result.true_world_from_camera, result.rendering.depth));
+  Frame& frame = result.frame;
+  frame.index = static_cast<std::int64_t>(position);
+  frame.time_s = static_cast<double>(position) / kFrameRate_hz;
+  frame.depth_camera = kCamera;
+  frame.color_camera = kCamera;
+  frame.world_from_camera = state_->tracked_path[position];
+  frame.depth = std::move(sensed.depth);
+  frame.color = std::move(sensed.color);
+  return result;
+}
+
+const SimulationOptions& Simulation::options() const { return state_->options; }
+const Home& Simulation::home() const { return state_->home; }
+const Renderer& Simulation::renderer() const { return state_->renderer; }
+const Camera& Simulation::camera() const { return kCamera; }
+
+}  // namespace panoptic
