@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scores for people and programs. Fractions 0..1 in JSON and CSV, percent in the table.
+#pragma once
+
+#include <string>
+
+#include "panoptic/base/json.h"
+#include "panoptic/eval/evaluation.h"
+
+namespace panoptic {
+
+// Keys of what was evaluated: `miou`; `ap`, `ap50`, `ap25`, `class_agnostic`; `pq`, `sq`, `rq` (each {all, things, stuff}),
+// `variant`, `pq_variants`; `surface`; `coverage`, `scenes`, `per_class` by class name. Undefined is null.
+Json to_json(const Scores& scores);
+
+// One line per class; undefined is nan. Instance scores alone give the benchmark's own header.
+std::string to_csv(const Scores& scores);
+
+// Per class and means, in percent, with the coverage and the rules of the count.
+std::string to_table(const Scores& scores);
+
+}  // namespace panoptic
