@@ -15,6 +15,7 @@ constexpr const char* kFooter =
     "  panoptic run kitchen/ --calibration kitchen.toml --semantic enet.toml --instance yolo.toml -o out/kitchen\n"
     "  panoptic run scan.sens --predictions predictions/ -o out/scan --set map.voxel_size_m=0.01\n"
     "  panoptic doctor recording/\n"
+    "  panoptic simulate --seed 1 -o home && panoptic run home --predictions home/predictions -o out/home\n"
     "Exit codes: 0 done, 1 something in the world is wrong (one line on stderr), 2 wrong usage, 130 interrupted.";
 
 void add_recording(CLI::App& app, Arguments& a) {
@@ -33,6 +34,24 @@ void add_networks(CLI::App& app, Arguments& a) {
   app.add_option("--config", a.config, "TOML file of options; out/options.toml of an earlier run is one");
   app.add_option("--set", a.settings, "one option, key=value; may be repeated (keys: panoptic options)");
   app.add_option("--frames", a.frames, "A:B or A:B:STEP, positions in the sequence from 0, B excluded");
+}
+
+void add_simulation(CLI::App& app, Arguments& a) {
+  constexpr int kMostRooms = 8;
+  constexpr int kMostFrames = 1000000;
+  app.add_option("--seed", a.seed, "which home; a whole number, default 1");
+  app.add_option("--rooms", a.rooms, "rooms of the home, default 4")->check(CLI::Range(1, kMostRooms));
+  app.add_option("--frames", a.frame_count, "frames of the recording; default: as the way takes at 30 Hz")
+      ->check(CLI::Range(1, kMostFrames));
+  app.add_option("--noise", a.noise, "sensor and tracker: none, kinect (default), drift, harsh");
+  app.add_option("--predictions", a.predictions, "what networks give: oracle, good, maskrcnn (default), poor, or none");
+  app.add_option("--config", a.config, "TOML file of options; DIR/simulation.toml of an earlier simulation is one");
+  app.add_option("--set", a.settings, "one option, key=value, as in simulation.toml; may be repeated");
+  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  CLI::Option* output = app.add_option("-o,--output", a.output, "folder for the scan; must be absent or empty");
+  app.add_option("--contact-sheet", a.contact_sheet, "instead of a scan: a PNG that shows the home and the five after it")
+      ->excludes(output);
+  app.footer("Writes a ScanNet scan: recording, true mesh, 2D labels, and predictions to map it with (docs/simulator.md).");
 }
 
 }  // namespace
@@ -59,6 +78,8 @@ Arguments parse_arguments(int argc, char** argv) {
 
   CLI::App* doctor = app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames");
   add_recording(*doctor, a);
+
+  add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
 
   app.add_subcommand("options", "list every option with its default, range and meaning");
 

@@ -4,6 +4,7 @@
 // The command line.
 #pragma once
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,6 +36,12 @@ struct Arguments {
   std::string labels;
   std::string frames;
   int threads = 0;
+  // simulate
+  std::optional<std::string> seed;
+  std::optional<int> rooms;
+  std::optional<int> frame_count;
+  std::optional<std::string> noise;
+  std::string contact_sheet;
 };
 
 // Prints help or the version when asked. Throws UsageError.

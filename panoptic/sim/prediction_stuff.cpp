@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <vector>
 
 namespace panoptic {
 namespace {
@@ -13,11 +14,6 @@ constexpr std::uint64_t kLostPurpose = 0x5331;
 constexpr std::uint64_t kTakenPurpose = 0x5332;
 constexpr int kStep_px = 8;  // patches are much larger
 constexpr double kFloorHeight_m = 0.15;
-
-struct Stuff {
-  ClassId wall = ClassId::kUnknown;
-  ClassId floor = ClassId::kUnknown;
-};
 
 ClassId stuff_of(const LabelSet& labels, std::string_view name) {
   const LabelClass* found = labels.find(name);
@@ -51,25 +47,30 @@ Image<float> patch_field(const Observation& o, std::uint64_t purpose) {
 class StuffRule {
  public:
   explicit StuffRule(const Observation& o)
-      : labels_(o.labels),
-        stuff_{stuff_of(o.labels, "wall"), stuff_of(o.labels, "floor")},
+      : wall_(stuff_of(o.labels, "wall")),
+        floor_(stuff_of(o.labels, "floor")),
+        other_(o.labels.first_thing(), ClassId::kUnknown),
         lost_below_(static_cast<float>(normal_quantile(static_cast<double>(o.noise.stuff_lost)))),
         swapped_below_(static_cast<float>(normal_quantile(static_cast<double>(o.noise.stuff_swapped)))),
-        taken_above_(static_cast<float>(-normal_quantile(static_cast<double>(o.noise.things_as_stuff)))) {}
-
-  ClassId apply(ClassId truth, float lost, float taken, double height_m) const {
-    if (!labels_.is_stuff(truth)) {
-      if (taken <= taken_above_) return truth;
-      return height_m < kFloorHeight_m ? stuff_.floor : stuff_.wall;
+        taken_above_(static_cast<float>(-normal_quantile(static_cast<double>(o.noise.things_as_stuff)))) {
+    for (const LabelClass& c : o.labels.classes()) {
+      if (!c.is_thing) other_[number(c.id)] = c.id == wall_ ? floor_ : (c.id == floor_ ? wall_ : c.id);
     }
-    if (lost < lost_below_) return ClassId::kUnknown;
-    if (taken >= swapped_below_) return truth;
-    return truth == stuff_.wall ? stuff_.floor : (truth == stuff_.floor ? stuff_.wall : truth);
+  }
+
+  // `height_m` gives the pixel's height above the floor.
+  template <typename Height>
+  ClassId apply(ClassId truth, float lost, float taken, const Height& height_m) const {
+    const bool is_stuff = number(truth) < other_.size() && other_[number(truth)] != ClassId::kUnknown;
+    if (is_stuff) return lost < lost_below_ ? ClassId::kUnknown : (taken < swapped_below_ ? other_[number(truth)] : truth);
+    if (taken <= taken_above_) return truth;
+    return height_m() < kFloorHeight_m ? floor_ : wall_;
   }
 
  private:
-  const LabelSet& labels_;
-  Stuff stuff_;
+  ClassId wall_;
+  ClassId floor_;
+  std::vector<ClassId> other_;  // by class: what stuff is taken for; kUnknown for things and void
   float lost_below_;
   float swapped_below_;
   float taken_above_;
@@ -92,11 +93,12 @@ Image<ClassId> noisy_semantic(const Observation& o, const DisplacementField& fie
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
       const std::size_t pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
-      // another direction than that of the masks: the two networks err apart
-      const int from_u = std::clamp(u + floor_to_int(o.noise.boundary_px * field.y(pixel) + 0.5F), 0, width - 1);
-      const int from_v = std::clamp(v - floor_to_int(o.noise.boundary_px * field.x(pixel) + 0.5F), 0, height - 1);
-      const Vec3d point = back_project(o.frame.frame.color_camera, from_u, from_v, static_cast<double>(r.depth(from_u, from_v)));
-      semantic[pixel] = rule.apply(r.class_id(from_u, from_v), lost[pixel], taken[pixel], eye_height_m + up.dot(point));
+      const auto [from_u, from_v] = field.other_source(u, v, o.noise.boundary_px);
+      const auto height_m = [&, u_of = from_u, v_of = from_v] {
+        return eye_height_m +
+               up.dot(back_project(o.frame.frame.color_camera, u_of, v_of, static_cast<double>(r.depth(u_of, v_of))));
+      };
+      semantic[pixel] = rule.apply(r.class_id(from_u, from_v), lost[pixel], taken[pixel], height_m);
     }
   }
   return semantic;

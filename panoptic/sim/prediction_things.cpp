@@ -100,19 +100,14 @@ Mask draw_mask(const Observation& o, const DisplacementField& field, const Findi
   const float size_px = std::sqrt(static_cast<float>(a.area_px));
   const float deviation_px = std::min(o.noise.boundary_px + o.noise.boundary_share * size_px, kMostOfSize * size_px);
   const int margin = static_cast<int>(std::ceil(kReach * deviation_px));
-  const int width = r.instance.width();
-  const int height = r.instance.height();
   const int x0 = std::max(std::min(a.x0, b.x0) - margin, 0);
   const int y0 = std::max(std::min(a.y0, b.y0) - margin, 0);
-  const int x1 = std::min(std::max(a.x1, b.x1) + margin + 1, width);
-  const int y1 = std::min(std::max(a.y1, b.y1) + margin + 1, height);
+  const int x1 = std::min(std::max(a.x1, b.x1) + margin + 1, r.instance.width());
+  const int y1 = std::min(std::max(a.y1, b.y1) + margin + 1, r.instance.height());
   Mask mask{{{}, x0, y0, Image<std::uint8_t>(x1 - x0, y1 - y0, std::uint8_t{0})}};
   for (int v = y0; v < y1; ++v) {
-    const std::size_t row = static_cast<std::size_t>(v) * static_cast<std::size_t>(width);
     for (int u = x0; u < x1; ++u) {
-      const std::size_t pixel = row + static_cast<std::size_t>(u);
-      const int from_u = std::clamp(u + floor_to_int(deviation_px * field.x(pixel) + 0.5F), 0, width - 1);
-      const int from_v = std::clamp(v + floor_to_int(deviation_px * field.y(pixel) + 0.5F), 0, height - 1);
+      const auto [from_u, from_v] = field.source(u, v, deviation_px);
       const std::uint16_t instance = r.instance(from_u, from_v);
       if (instance != a.instance && instance != b.instance) continue;
       if (finding.cut && !on_side(*finding.cut, o.frame.frame.color_camera, from_u, from_v, r.depth(from_u, from_v))) continue;

@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "apps/panoptic/commands.h"
+#include "apps/panoptic/progress.h"
+#include "panoptic/base/error.h"
+#include "panoptic/base/image_io.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/sim/contact_sheet.h"
+#include "panoptic/sim/export.h"
+#include "panoptic/sim/ground_truth.h"
+
+namespace panoptic {
+namespace {
+
+void apply_flags(const Arguments& a, ExportOptions& options) {
+  if (!a.predictions.empty()) {
+    options.predictions = a.predictions;
+    if (a.predictions != "none") options.prediction_noise = prediction_noise_preset(a.predictions);
+  }
+  const Fields all = fields(options);
+  for (const std::string& setting : a.settings) set_field(all, setting);
+  if (a.seed) options.seed = *a.seed;
+  if (a.rooms) options.rooms = *a.rooms;
+  if (a.frame_count) options.frames = *a.frame_count;
+  if (a.noise) options.noise = *a.noise;
+}
+
+// Defaults, then --config, then the flags.
+ExportOptions export_options(const Arguments& a) {
+  ExportOptions options;
+  if (!a.config.empty()) read_toml_file(a.config, fields(options));
+  try {
+    apply_flags(a, options);
+    simulation_options(options);
+  } catch (const Error& e) {
+    throw UsageError(e.what());
+  }
+  return options;
+}
+
+void print_home(const Simulation& simulation) {
+  const LabelSet labels = load_label_set("scannet20");
+  const HomeStatistics statistics = statistics_of(simulation.home());
+  int things = 0;
+  for (const auto& [class_id, count] : statistics.objects) things += count;
+  fmt::print("{}\nhome      {} rooms, {:.1f} m2, {} things\n", simulation.description(), simulation.home().rooms.size(),
+             statistics.floor_m2, things);
+  for (const auto& [class_id, count] : statistics.objects) fmt::print("  {:>3} {}\n", count, labels.name_of(class_id));
+  std::fflush(stdout);
+}
+
+std::uintmax_t bytes_below(const std::filesystem::path& folder) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}
+
+void print_closing(const Simulation& simulation, const ExportOptions& options, const std::string& output, double seconds) {
+  const auto frames = static_cast<double>(simulation.size());
+  const std::string scene = scene_name(simulation.options().seed);
+  fmt::print("\n{} frames in {:.1f} s, {:.1f} frames/s, {:.0f} kB a frame\n", simulation.size(), seconds, frames / seconds,
+             static_cast<double>(bytes_below(output)) / frames / 1e3);
+  fmt::print("recording {0}/{1}.sens\ntruth     {0}/{1}_vh_clean_2.ply\nmap it    panoptic run {0}{2} -o OUT\n", output, scene,
+             options.predictions == "none" ? "" : fmt::format(" --predictions {}/predictions", output));
+}
+
+int write_contact_sheet(const Arguments& arguments, const ExportOptions& options) {
+  constexpr int kHomes = 6;
+  write_png(arguments.contact_sheet, contact_sheet(simulation_options(options), kHomes));
+  fmt::print("{} homes from seed {} in {}\n", kHomes, options.seed, arguments.contact_sheet);
+  return kDone;
+}
+
+}  // namespace
+
+int simulate(const Arguments& arguments) {
+  const ExportOptions options = export_options(arguments);
+  if (arguments.output.empty() && arguments.contact_sheet.empty())
+    throw UsageError("simulate needs -o DIR; see panoptic simulate --help");
+  set_thread_count(arguments.threads);
+  if (!arguments.contact_sheet.empty()) return write_contact_sheet(arguments, options);
+
+  const Simulation simulation(simulation_options(options));
+  print_home(simulation);
+  watch_for_interrupt();
+  const Stopwatch stopwatch;
+  bool whole = false;
+  {
+    Progress progress("frames", simulation.size());
+    whole = export_scan(simulation, options, arguments.output, [&](std::size_t done) {
+      progress.advance(done);
+      return !interrupted();
+    });
+  }
+  if (!whole) {
+    fmt::print(stderr, "interrupted: nothing is left in {}\n", arguments.output);
+    return kInterrupted;
+  }
+  print_closing(simulation, options, arguments.output, stopwatch.seconds());
+  return kDone;
+}
+
+}  // namespace panoptic
