@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <vector>
 
@@ -33,11 +34,14 @@ class Lighting {
   std::size_t places() const { return places_; }
 
  private:
-  // The lattice of a large triangle: columns along its longest edge. Coordinates of a point are linear in u and v.
+  // The lattice of a large triangle. Coordinates of a point are linear in u and v. Columns of a right-angled triangle run along
+  // one of its short edges: both halves of a rectangle then have the same nodes, which line up with what stands along walls.
+  // Other triangles have theirs along the longest edge, and nodes beyond their edges stand for the nearest point within.
   struct Lattice {
     std::uint32_t first = 0;  // place of column 0, row 0; rows follow each other
     std::uint32_t columns = 0;
     std::uint32_t rows = 0;
+    bool is_clamped = false;
     Eigen::Vector2f origin = Eigen::Vector2f::Zero();
     Eigen::Vector2f along_u = Eigen::Vector2f::Zero();
     Eigen::Vector2f along_v = Eigen::Vector2f::Zero();
@@ -48,6 +52,16 @@ class Lighting {
     std::vector<std::array<std::uint32_t, 3>> corner_at;  // place of every corner, from the object's first
     std::uint32_t count = 0;
   };
+  // Places that something touches from outside are hidden (weight 0): else they would darken what can be seen beside it.
+  struct Light {
+    Vec3f rgb;
+    float weight;
+  };
+  // A node of a lattice or a corner, and how much of its light arrives in between.
+  struct Share {
+    Light light;
+    float share;
+  };
   struct Place {
     Vec3f point;
     Vec3f normal;   // unit length, smoothed, on the side that is lit
@@ -55,22 +69,26 @@ class Lighting {
   };
 
   static ModelPlaces places_of(const Model& model);
+  static Light unpacked(std::uint64_t bits);
+  static Vec3f mean(std::initializer_list<Share> shares);
   void add_lattice(std::uint32_t triangle);
   std::uint32_t corner_place(std::uint32_t triangle, int corner) const;
   Place place_at(std::uint32_t triangle, const Vec3d& weights, LitSide side) const;
   Vec3f at_corners(std::uint32_t triangle, float u, float v, LitSide side) const;
   Vec3f at_lattice(const Lattice& lattice, std::uint32_t triangle, const Eigen::Vector2f& uv, LitSide side) const;
-  Vec3f at_node(const Lattice& lattice, std::uint32_t triangle, const std::array<std::uint32_t, 2>& node, LitSide side) const;
+  Light at_node(const Lattice& lattice, std::uint32_t triangle, const std::array<std::uint32_t, 2>& node, LitSide side) const;
   template <typename MakePlace>
-  Vec3f remembered(std::uint32_t place, LitSide side, const MakePlace& make_place) const;
-  Vec3f arriving(const Place& place) const;
-  Vec3f scattered(const Place& place, const Vec3f& origin) const;
-  bool reaches(const Vec3f& origin, const Vec3f& direction, float distance) const;
+  Light remembered(std::uint32_t place, LitSide side, const MakePlace& make_place) const;
+  Light arriving(const Place& place) const;
+  Light scattered(const Place& place, const Vec3f& origin) const;
+  float share_of(const Lamp& lamp, const Vec3f& origin) const;
+  bool sun_reaches(Vec3f origin, const Vec3f& direction) const;
 
   const Scene& scene_;
   const Surfaces& surfaces_;
   const RayTracer& tracer_;
   std::vector<Vec3f> albedos_;
+  std::vector<bool> lets_sun_in_;  // per object: windows
   std::vector<ModelPlaces> models_;
   std::vector<std::uint32_t> first_place_;  // per object
   std::vector<std::int32_t> lattice_of_;    // per triangle, index into lattices_ or -1
