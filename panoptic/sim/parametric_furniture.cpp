@@ -57,7 +57,8 @@ void make_sideboard(const ParametricShape& shape, ModelBuilder& builder) {
   const Vec3f& size = shape.size_m;
   const float x = size.x() / 2;
   const float y = size.y() / 2;
-  const auto body = builder.material(paint_wood(shape.color, seed_of(shape)));
+  const bool is_wood = shape.color.r > shape.color.b + 40;  // brown; other colours are lacquer
+  const auto body = is_wood ? builder.material(paint_wood(shape.color, seed_of(shape))) : builder.material(shape.color);
   const auto dark = builder.material(Rgb{40, 38, 36});
   const float legs = shape.variant % 2 == 0 ? 0.05F : 0.12F;
   const float front = -y + 0.035F;
