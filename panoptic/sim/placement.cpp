@@ -181,14 +181,14 @@ void furnish(RoomLayout& layout, bool is_only_room) {
   const bool is_kitchen = kind == RoomKind::kKitchen;
   if (!is_bathroom && !is_kitchen) hang_curtains(layout, 0.6);
   if (is_kitchen || is_only_room) furnish_kitchen(layout);
+  if (is_kitchen) furnish_dining(layout);
   if (kind == RoomKind::kBedroom || is_only_room) furnish_bedroom(layout);
   if (kind == RoomKind::kLivingRoom) furnish_living_room(layout);
   if (kind == RoomKind::kOffice || is_only_room) furnish_office(layout);
   if (is_bathroom) furnish_bathroom(layout);
-  if (is_kitchen || kind == RoomKind::kLivingRoom) furnish_dining(layout);
   add_radiators(layout);
   if (!is_bathroom) hang_curtains(layout, 0.5);
-  hang_pictures(layout, is_bathroom ? 1 : 4);
+  hang_pictures(layout, is_bathroom ? layout.random().integer(0, 1) : layout.random().integer(1, 3));
 }
 
 }  // namespace panoptic

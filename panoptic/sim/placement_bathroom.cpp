@@ -19,6 +19,7 @@ void hang_shower_curtain(RoomLayout& layout, std::size_t bathtub) {
       const double share = layout.random().uniform(0.5, 0.9);
       Stand stand;
       stand.front = towards;
+      stand.partner = bathtub;
       stand.scale.x() = static_cast<float>(length_m * share) / it.size_m.x();
       const Eigen::Vector2d along(-towards.y(), towards.x());
       const double play_m = length_m * (1 - share) / 2 - 0.01;

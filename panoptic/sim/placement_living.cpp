@@ -96,6 +96,7 @@ void furnish_living_room(RoomLayout& layout) {
     things_on(layout, "table_item", *coffee_table, 2);
     if (layout.random().chance(0.6)) add_armchair(layout, *coffee_table);
   }
+  furnish_dining(layout);
   if (sofa && layout.random().chance(0.5)) {
     const auto table = beside(layout, "side_table", *sofa, layout.random().chance(0.5));
     if (table) things_on(layout, "desk_lamp", *table, 1);
@@ -108,11 +109,14 @@ void furnish_living_room(RoomLayout& layout) {
   against_wall(layout, "floor_plant", {.gap_m = 0.06, .free_front_m = 0, .in_corner = true});
 }
 
+// A table with as much room around it as the floor gives.
 void furnish_dining(RoomLayout& layout) {
-  auto table = in_the_open(layout, "dining_table", 0.7);
-  if (!table) table = in_the_open(layout, "dining_table", 0.45);
+  std::optional<std::size_t> table;
+  for (const double free_around_m : {0.95, 0.8, 0.65, 0.45}) {
+    if (!table) table = in_the_open(layout, "dining_table", free_around_m);
+  }
   if (!table) return;
-  chairs_at(layout, "dining_chair", *table, layout.random().integer(2, 6));
+  chairs_at(layout, "dining_chair", *table, layout.random().integer(3, 6));
   things_on(layout, "table_item", *table, 3);
 }
 

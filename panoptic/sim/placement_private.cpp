@@ -44,7 +44,7 @@ void furnish_bedroom(RoomLayout& layout) {
     if (const auto dresser = against_wall(layout, "dresser", {.free_front_m = 0.5})) things_on(layout, "table_item", *dresser, 2);
   }
   if (layout.room().kind != RoomKind::kBedroom) return;
-  if (layout.random().chance(0.35)) add_desk(layout);
+  if (layout.random().chance(0.5)) add_desk(layout);
   if (layout.random().chance(0.4)) against_wall(layout, "armchair", {.gap_m = 0.08, .free_front_m = 0.4, .in_corner = true});
   if (layout.random().chance(0.4)) against_wall(layout, "bookshelf", {.free_front_m = 0.5});
   if (layout.random().chance(0.5)) against_wall(layout, "floor_plant", {.gap_m = 0.06, .free_front_m = 0, .in_corner = true});

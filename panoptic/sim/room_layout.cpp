@@ -56,7 +56,8 @@ RoomLayout::RoomLayout(const FloorPlan& plan, std::uint32_t room, const Catalogu
   for (const WallHole& hole : holes()) {
     const bool is_window = hole.kind == Hole::kWindow;
     const double depth_m = is_window ? kWindowZone_m : kDoorZone_m;
-    zones_.push_back({zone_before(plan.rooms[room], hole, hole.width_m, depth_m), hole.bottom_m, hole.top_m, false});
+    zones_.push_back(
+        {zone_before(plan.rooms[room], hole, hole.width_m, depth_m), hole.bottom_m, hole.top_m, false, std::nullopt});
   }
 }
 
@@ -110,7 +111,8 @@ bool RoomLayout::keeps_zones_free(const Placement& placement) const {
   const bool is_small = placement.base.half_m.maxCoeff() * 2 < kSmallFootprint_m;
   return std::none_of(zones_.begin(), zones_.end(), [&](const FreeZone& zone) {
     const bool is_apart = placement.top_m() <= zone.low_m + 1e-3 || placement.bottom_m >= zone.high_m - 1e-3;
-    return !is_apart && !(zone.admits_small && is_small) && overlap(zone.area, placement.base);
+    const bool is_admitted = (zone.admits_small && is_small) || (zone.owner && zone.owner == placement.partner);
+    return !is_apart && !is_admitted && overlap(zone.area, placement.base);
   });
 }
 
@@ -161,7 +163,10 @@ std::optional<std::size_t> RoomLayout::place(std::size_t furniture, const Stand&
   if (!stands_on_something && !keeps_zones_free(placement)) return std::nullopt;
   if (zone && !is_free(zone->area, zone->low_m, zone->high_m)) return std::nullopt;
   if (!stands_on_something && !keeps_ways(placement)) return std::nullopt;
-  if (zone) zones_.push_back(*zone);
+  if (zone) {
+    zones_.push_back(*zone);
+    zones_.back().owner = placements_.size();
+  }
   return build_in(furniture, stand);
 }
 

@@ -41,12 +41,14 @@ struct Stand {
   std::optional<std::size_t> partner;
 };
 
-// Floor (or air) that is to stay free: before doors, windows, wardrobes. Chairs may stand in what furniture keeps free.
+// Floor (or air) that is to stay free: before doors, windows, wardrobes. Chairs may stand in what furniture keeps free, and what
+// belongs to the furniture (its partner) too.
 struct FreeZone {
   FloorRect area;
   double low_m = 0;
   double high_m = 0;
   bool admits_small = false;
+  std::optional<std::size_t> owner;  // the placement that keeps it free; set by place()
 };
 
 class RoomLayout {

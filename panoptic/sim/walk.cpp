@@ -14,7 +14,7 @@ namespace {
 constexpr double kEye_m = 1.45;
 constexpr double kComfort_m = 0.6;   // nearer to furniture than this the way is dearer
 constexpr double kSpacing_m = 0.35;  // between places that are considered for looking around
-constexpr double kEnough = 1.2;      // what a further stop must show, in weights of sights
+constexpr double kEnough = 2.2;      // what a further stop must show, in weights of sights
 constexpr int kMostStops = 6;        // per room
 constexpr int kSmoothings = 60;
 
