@@ -17,7 +17,8 @@ using Scene = InstanceAp::Scene;
 
 constexpr std::size_t kThresholds = 9;
 constexpr double kFirstThreshold = 0.5;
-constexpr double kThresholdStep = 0.05;
+constexpr double kThresholdStep =
+    (kFirstThreshold + 0.05) - kFirstThreshold;  // as the evaluator gets it: a little more than 0.05
 constexpr double kLooseThreshold = 0.25;
 constexpr std::size_t kVoid = SIZE_MAX;
 
