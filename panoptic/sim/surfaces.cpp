@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "panoptic/base/error.h"
 
@@ -13,10 +14,19 @@ namespace {
 
 constexpr std::size_t kMostTriangles = std::size_t{1} << 30;
 
+// Also what follows must not overflow: squares of lengths, and integers made of texture coordinates.
+bool is_sane(float value) { return std::abs(value) < 1e6F; }
+
 void check_model(const Scene& scene, const Model& model) {
   const auto fail = [&](const char* what) { throw Error(fmt::format("the model '{}' {}", model.name, what)); };
   if (model.uvs.size() != model.positions.size()) fail("has another number of texture coordinates than of positions");
   if (model.material_of.size() != model.triangles.size()) fail("has another number of materials than of triangles");
+  for (const Vec3f& position : model.positions) {
+    if (!is_sane(position.x()) || !is_sane(position.y()) || !is_sane(position.z())) fail("has a corner at infinity");
+  }
+  for (const Eigen::Vector2f& uv : model.uvs) {
+    if (!is_sane(uv.x()) || !is_sane(uv.y())) fail("has a texture coordinate at infinity");
+  }
   for (const auto& triangle : model.triangles) {
     for (const std::uint32_t corner : triangle) {
       if (corner >= model.positions.size()) fail("has a triangle whose corner does not exist");

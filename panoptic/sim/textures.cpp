@@ -65,7 +65,7 @@ struct Between {
   float to_high;
 };
 Between between(float x, int size) {
-  const float wrapped = (x - std::floor(x)) * static_cast<float>(size) - 0.5F;
+  const float wrapped = (x - static_cast<float>(floor_to_int(x))) * static_cast<float>(size) - 0.5F;
   const int low = floor_to_int(wrapped);
   return {low < 0 ? size - 1 : low, low + 1 >= size ? 0 : low + 1, wrapped - static_cast<float>(low)};
 }
@@ -92,6 +92,7 @@ Texture::Texture(const Image<Rgb>& image) : levels_{image} {
 }
 
 Vec3f Texture::sample(const Eigen::Vector2f& uv, float footprint) const {
+  PANOPTIC_ASSERT(uv.cwiseAbs().maxCoeff() < 1e9F);
   const auto texels = static_cast<std::uint32_t>(std::clamp(footprint, 1.0F, 32768.0F));
   const auto level = std::min<std::size_t>(std::bit_width(texels) - 1, levels_.size() - 1);
   const Image<Rgb>& image = levels_[level];
@@ -99,9 +100,13 @@ Vec3f Texture::sample(const Eigen::Vector2f& uv, float footprint) const {
   const Between v = between(-uv.y(), image.height());
   const Rgb* high_row = image.row(v.high);
   const Rgb* low_row = image.row(v.low);
-  const Vec3f low = (1 - u.to_high) * linear_from_srgb(low_row[u.low]) + u.to_high * linear_from_srgb(low_row[u.high]);
-  const Vec3f high = (1 - u.to_high) * linear_from_srgb(high_row[u.low]) + u.to_high * linear_from_srgb(high_row[u.high]);
-  return (1 - v.to_high) * low + v.to_high * high;
+  const std::array<float, 256>& linear = linear_table();
+  const auto mix = [&](auto channel) {
+    const float low = (1 - u.to_high) * linear[low_row[u.low].*channel] + u.to_high * linear[low_row[u.high].*channel];
+    const float high = (1 - u.to_high) * linear[high_row[u.low].*channel] + u.to_high * linear[high_row[u.high].*channel];
+    return (1 - v.to_high) * low + v.to_high * high;
+  };
+  return {mix(&Rgb::r), mix(&Rgb::g), mix(&Rgb::b)};
 }
 
 }  // namespace panoptic

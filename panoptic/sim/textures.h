@@ -24,7 +24,7 @@ class Texture {
   explicit Texture(const Image<Rgb>& image);
 
   // Linear light at (u, v), v upwards as in OBJ files; bilinear in the copy whose texels are as large as `footprint` (in texels
-  // of the original) or a little smaller.
+  // of the original) or a little smaller. REQUIRES |u|, |v| < 10^9.
   Vec3f sample(const Eigen::Vector2f& uv, float footprint) const;
 
   int width() const { return levels_.front().width(); }
