@@ -125,9 +125,10 @@ void measure(const SensorNoise& noise, std::uint64_t seed, std::int64_t frame, R
 void blur(const Eigen::Vector2f& motion_px, Image<Rgb>& color) {
   constexpr float kShutter = 0.5F;  // open for half of the time between frames
   constexpr int kMostTaps = 15;
+  if (!motion_px.allFinite()) return;
   const Eigen::Vector2f way = motion_px * kShutter;
   const float length_px = way.lpNorm<Eigen::Infinity>();
-  if (!(length_px >= 0.5F) || !std::isfinite(length_px)) return;
+  if (length_px < 0.5F) return;
   const int taps = std::min(kMostTaps, static_cast<int>(std::min(length_px, 1e4F)) + 2);
   std::array<Eigen::Vector2i, kMostTaps> offsets;
   for (int i = 0; i < taps; ++i) {
