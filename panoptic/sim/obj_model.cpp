@@ -51,7 +51,7 @@ class VertexMerger {
 
  private:
   Vec3f position_at(std::size_t i) const {
-    const Vec3f p(attributes_.vertices[3 * i], attributes_.vertices[3 * i + 1], attributes_.vertices[3 * i + 2]);
+    Vec3f p(attributes_.vertices[3 * i], attributes_.vertices[3 * i + 1], attributes_.vertices[3 * i + 2]);
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kMaxCoordinate)
       throw Error(fmt::format("{}: vertex {} is not a finite position within {:g}", name_, i + 1, kMaxCoordinate));
     return p;
@@ -64,7 +64,7 @@ class VertexMerger {
     if (2 * i + 1 >= attributes_.texcoords.size())
       throw Error(
           fmt::format("{}: a face refers to texture coordinate {} of {}", name_, i + 1, attributes_.texcoords.size() / 2));
-    const Eigen::Vector2f uv(attributes_.texcoords[2 * i], 1 - attributes_.texcoords[2 * i + 1]);
+    Eigen::Vector2f uv(attributes_.texcoords[2 * i], 1 - attributes_.texcoords[2 * i + 1]);
     if (!uv.allFinite() || uv.cwiseAbs().maxCoeff() > kMaxCoordinate)
       throw Error(fmt::format("{}: texture coordinate {} is not a finite number within {:g}", name_, i + 1, kMaxCoordinate));
     return uv;

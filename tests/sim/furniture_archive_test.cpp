@@ -46,7 +46,7 @@ Entries good() {
 
 // Stored, not deflated, so that tests find the bytes they damage.
 std::filesystem::path write_zip(const Entries& entries, int method = ZIP_CM_STORE) {
-  const std::filesystem::path path = fresh_folder("zip") / "shop.sh3f";
+  std::filesystem::path path = fresh_folder("zip") / "shop.sh3f";
   int code = 0;
   zip_t* archive = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
   for (const auto& [name, bytes] : entries) {
