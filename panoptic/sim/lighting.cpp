@@ -139,8 +139,8 @@ Lighting::ModelPlaces Lighting::places_of(const Model& model) {
       normals[i] = unit(sum);
       const Eigen::Vector3i rough = (normals[i] * 8).array().round().cast<int>();
       const std::array<std::int32_t, 4> key{static_cast<std::int32_t>(number), rough.x(), rough.y(), rough.z()};
-      const auto [place, is_new] = place_of.emplace(key, places.count);
-      if (is_new) ++places.count;
+      const auto [place, is_new] = place_of.emplace(key, static_cast<std::uint32_t>(places.owners.size()));
+      if (is_new) places.owners.push_back({static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(i)});
       corner_at[i] = place->second;
     }
   }
@@ -150,11 +150,14 @@ Lighting::ModelPlaces Lighting::places_of(const Model& model) {
 Lighting::Lighting(const Scene& scene, const Surfaces& surfaces, const RayTracer& tracer, std::vector<Vec3f> albedos)
     : scene_(scene), surfaces_(surfaces), tracer_(tracer), albedos_(std::move(albedos)) {
   for (const Model& model : scene.models) models_.push_back(places_of(model));
+  std::uint32_t triangles = 0;
   const ClassId window = load_label_set("scannet20").find("window")->id;
   for (const SceneObject& object : scene.objects) {
     lets_sun_in_.push_back(object.class_id == window);
     first_place_.push_back(static_cast<std::uint32_t>(places_));
-    places_ += models_[object.model].count;
+    places_ += models_[object.model].owners.size();
+    first_triangle_.push_back(triangles);
+    triangles += static_cast<std::uint32_t>(scene.models[object.model].triangles.size());
   }
   lattice_of_.assign(surfaces.triangles.size(), -1);
   for (std::uint32_t t = 0; t < surfaces.triangles.size() && places_ < kMostPlaces; ++t) add_lattice(t);
@@ -217,10 +220,18 @@ Lighting::Light Lighting::remembered(std::uint32_t place, LitSide side, const Ma
 }
 
 Vec3f Lighting::at_corners(std::uint32_t triangle, float u, float v, LitSide side) const {
-  const auto corner = [&](int i) {
-    return remembered(corner_place(triangle, i), side, [&] { return place_at(triangle, Vec3d::Unit(i), side); });
-  };
-  return mean({{corner(0), 1 - u - v}, {corner(1), u}, {corner(2), v}});
+  return mean({{at_corner(triangle, 0, side), 1 - u - v}, {at_corner(triangle, 1, side), u}, {at_corner(triangle, 2, side), v}});
+}
+
+Lighting::Light Lighting::at_corner(std::uint32_t triangle, int corner, LitSide side) const {
+  const SurfaceOrigin& origin = surfaces_.origins[triangle];
+  const ModelPlaces& model = models_[scene_.objects[origin.object].model];
+  const std::uint32_t place = model.corner_at[origin.triangle][corner];
+  // Triangles share the place, and it may not matter which of them is seen first.
+  const auto& [owner, owner_corner] = model.owners[place];
+  return remembered(first_place_[origin.object] + place, side, [&, owner = owner, corner_of_owner = owner_corner] {
+    return place_at(first_triangle_[origin.object] + owner, Vec3d::Unit(corner_of_owner), side);
+  });
 }
 
 Vec3f Lighting::at_lattice(const Lattice& lattice, std::uint32_t triangle, const Eigen::Vector2f& uv, LitSide side) const {
@@ -248,11 +259,6 @@ Lighting::Light Lighting::at_node(const Lattice& lattice, std::uint32_t triangle
     return place_at(triangle, lattice.is_clamped ? nearest_weights(corners, at) : plane_weights(corners, at), side);
   };
   return remembered(lattice.first + node[1] * lattice.columns + node[0], side, make_place);
-}
-
-std::uint32_t Lighting::corner_place(std::uint32_t triangle, int corner) const {
-  const SurfaceOrigin& origin = surfaces_.origins[triangle];
-  return first_place_[origin.object] + models_[scene_.objects[origin.object].model].corner_at[origin.triangle][corner];
 }
 
 Lighting::Place Lighting::place_at(std::uint32_t triangle, const Vec3d& weights, LitSide side) const {

@@ -50,7 +50,7 @@ class Lighting {
   struct ModelPlaces {
     std::vector<std::array<Vec3f, 3>> normals;            // per triangle and corner, smoothed, in the model's frame
     std::vector<std::array<std::uint32_t, 3>> corner_at;  // place of every corner, from the object's first
-    std::uint32_t count = 0;
+    std::vector<std::array<std::uint32_t, 2>> owners;     // triangle and corner that stand for each place
   };
   // Places that something touches from outside are hidden (weight 0): else they would darken what can be seen beside it.
   struct Light {
@@ -72,8 +72,8 @@ class Lighting {
   static Light unpacked(std::uint64_t bits);
   static Vec3f mean(std::initializer_list<Share> shares);
   void add_lattice(std::uint32_t triangle);
-  std::uint32_t corner_place(std::uint32_t triangle, int corner) const;
   Place place_at(std::uint32_t triangle, const Vec3d& weights, LitSide side) const;
+  Light at_corner(std::uint32_t triangle, int corner, LitSide side) const;
   Vec3f at_corners(std::uint32_t triangle, float u, float v, LitSide side) const;
   Vec3f at_lattice(const Lattice& lattice, std::uint32_t triangle, const Eigen::Vector2f& uv, LitSide side) const;
   Light at_node(const Lattice& lattice, std::uint32_t triangle, const std::array<std::uint32_t, 2>& node, LitSide side) const;
@@ -90,8 +90,9 @@ class Lighting {
   std::vector<Vec3f> albedos_;
   std::vector<bool> lets_sun_in_;  // per object: windows
   std::vector<ModelPlaces> models_;
-  std::vector<std::uint32_t> first_place_;  // per object
-  std::vector<std::int32_t> lattice_of_;    // per triangle, index into lattices_ or -1
+  std::vector<std::uint32_t> first_place_;     // per object
+  std::vector<std::uint32_t> first_triangle_;  // per object
+  std::vector<std::int32_t> lattice_of_;       // per triangle, index into lattices_ or -1
   std::vector<Lattice> lattices_;
   std::size_t places_ = 0;
   // Per place and side: 0 while unknown, else the light (packed by lighting.cpp).
