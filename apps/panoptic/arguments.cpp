@@ -16,6 +16,7 @@ constexpr const char* kFooter =
     "  panoptic run scan.sens --predictions predictions/ -o out/scan --set map.voxel_size_m=0.01\n"
     "  panoptic doctor recording/\n"
     "  panoptic simulate --seed 1 -o home && panoptic run home --predictions home/predictions -o out/home\n"
+    "  panoptic eval out/home --gt home --json scores.json\n"
     "Exit codes: 0 done, 1 something in the world is wrong (one line on stderr), 2 wrong usage, 130 interrupted.";
 
 void add_recording(CLI::App& app, Arguments& a) {
@@ -54,6 +55,22 @@ void add_simulation(CLI::App& app, Arguments& a) {
   app.footer("Writes a ScanNet scan: recording, true mesh, 2D labels, and predictions to map it with (docs/simulator.md).");
 }
 
+void add_evaluation(CLI::App& app, Arguments& a) {
+  app.add_option("out", a.evaluated,
+                 "folder of a run; or semantic, instance or panoptic, for --pred in ScanNet's submission forms")
+      ->required();
+  app.add_option("--gt", a.truth, "a ScanNet scan; with --pred a folder of <scene>.txt or of scans")->required();
+  app.add_option("--pred", a.predictions, "folder of <scene>.txt, of any method");
+  app.add_option("--json", a.json, "write the scores to this file");
+  app.add_option("--csv", a.csv, "write the scores per class to this file");
+  app.add_option("--write-submission", a.submission,
+                 "write the labels as the ScanNet server takes them, and the truth, to this folder");
+  app.add_option("--category-map", a.category_map, "scannetv2-labels.combined.tsv; default: beside the scan, else NYU40's names");
+  app.add_option("--variant", a.variant, "panoptic quality: pq-scannet20 (default), seed, ndt, coco");
+  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  app.footer("Semantic IoU, instance AP, panoptic quality and surface distances; the rules are in docs/evaluation.md.");
+}
+
 }  // namespace
 
 Arguments parse_arguments(int argc, char** argv) {
@@ -78,6 +95,8 @@ Arguments parse_arguments(int argc, char** argv) {
 
   CLI::App* doctor = app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames");
   add_recording(*doctor, a);
+
+  add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
 
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
 

@@ -42,6 +42,14 @@ struct Arguments {
   std::optional<int> frame_count;
   std::optional<std::string> noise;
   std::string contact_sheet;
+  // eval
+  std::string evaluated;  // folder of a run, or "semantic", "instance", "panoptic": the form of `predictions`
+  std::string truth;
+  std::string json;
+  std::string csv;
+  std::string submission;
+  std::string category_map;
+  std::string variant = "pq-scannet20";
 };
 
 // Prints help or the version when asked. Throws UsageError.

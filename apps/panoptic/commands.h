@@ -11,6 +11,7 @@ namespace panoptic {
 int run(const Arguments& arguments);
 int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
+int evaluate(const Arguments& arguments);
 int simulate(const Arguments& arguments);
 
 // What to say where std::bad_alloc ends.

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+#include "apps/panoptic/commands.h"
+#include "panoptic/base/files.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/eval/evaluation.h"
+#include "panoptic/eval/run_folder.h"
+#include "panoptic/eval/scores_text.h"
+#include "panoptic/eval/submission.h"
+#include "panoptic/io/scannet_scan.h"
+
+namespace panoptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+}
+
+void evaluate_run(const Arguments& a, Evaluation& evaluation) {
+  std::vector<std::string> warnings;
+  const LabelledMap map = read_run_folder(a.evaluated, &warnings);
+  const ScanTruth truth = read_scan_truth(a.truth, a.category_map, &warnings);
+  print_warnings(warnings);
+  const LabelledVertices prediction = evaluation.add(map, truth);
+  if (!a.submission.empty()) write_submission(a.submission, truth.scene, prediction, labels_of(truth));
+}
+
+SubmissionForm form_of(const std::string& name) {
+  if (name == "semantic") return SubmissionForm::kSemantic;
+  return name == "instance" ? SubmissionForm::kInstance : SubmissionForm::kPanoptic;
+}
+
+void evaluate_scene(const Arguments& a, const std::string& scene, Evaluation& evaluation) {
+  const SubmissionForm form = form_of(a.evaluated);
+  const fs::path folder = a.predictions;
+  const VertexLabels truth = read_truth(a.truth, scene, form, a.category_map);
+  switch (form) {
+    case SubmissionForm::kSemantic:
+      return evaluation.add_semantic(scene, truth, read_semantic(folder / (scene + ".txt")));
+    case SubmissionForm::kInstance:
+      return evaluation.add_instances(scene, truth, read_instances(folder, scene, truth.class_id.size()));
+    case SubmissionForm::kPanoptic:
+      return evaluation.add_panoptic(scene, truth, read_panoptic(folder / (scene + ".txt")));
+  }
+}
+
+// As the benchmark does: the scenes that were predicted count. Others are worth a word.
+void warn_of_missing_scenes(const Arguments& a, const std::vector<std::string>& scenes) {
+  std::size_t missing = 0;
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(a.truth, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    const fs::path name = entry->path().filename();
+    const bool is_truth = name.extension() == ".txt" || entry->is_directory();
+    if (is_truth && !std::binary_search(scenes.begin(), scenes.end(), name.stem().string())) ++missing;
+  }
+  if (missing > 0) print_warnings({fmt::format("{} scenes of {} have no prediction and do not count", missing, a.truth)});
+}
+
+Json settings_json(const Arguments& a) {
+  Json json = {{"evaluated", a.evaluated}, {"ground_truth", a.truth}};
+  if (a.predictions.empty()) {
+    json["reach_voxels"] = kReach_voxels;
+    json["confidence"] = "class probability * observations / (observations + 10)";
+  } else {
+    json["predictions"] = a.predictions;
+  }
+  return json;
+}
+
+}  // namespace
+
+int evaluate(const Arguments& a) {
+  const bool is_form = a.evaluated == "semantic" || a.evaluated == "instance" || a.evaluated == "panoptic";
+  if (is_form && a.predictions.empty()) {
+    throw UsageError(fmt::format("eval {0} needs --pred DIR; a run in a folder called '{0}' is ./{0}", a.evaluated));
+  }
+  if (!is_form && !a.predictions.empty()) throw UsageError("--pred goes with eval semantic, eval instance or eval panoptic");
+  if (is_form && !a.submission.empty()) throw UsageError("--write-submission takes a run, not a submission");
+  set_thread_count(a.threads);
+  Evaluation evaluation(a.variant);
+  if (is_form) {
+    const std::vector<std::string> scenes = scenes_in(a.predictions);
+    warn_of_missing_scenes(a, scenes);
+    for (const std::string& scene : scenes) evaluate_scene(a, scene, evaluation);
+  } else {
+    evaluate_run(a, evaluation);
+  }
+  const Scores scores = evaluation.scores();
+  fmt::print("{}", to_table(scores));
+  if (!a.json.empty()) {
+    Json json = to_json(scores);
+    json["settings"] = settings_json(a);
+    write_json_file(a.json, json);
+  }
+  if (!a.csv.empty()) write_file(a.csv, to_csv(scores));
+  return kDone;
+}
+
+}  // namespace panoptic
