@@ -45,8 +45,7 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   const Vec3d weights = nearest_weights(corners, query.p);
   const Vec3d point = weights.x() * corners[0] + weights.y() * corners[1] + weights.z() * corners[2];
   const double squared = (point - query.p).squaredNorm();
-  const bool tie = squared == query.best_squared && id < query.best;
-  if (squared > query.best_squared || (squared == query.best_squared && !tie)) return false;
+  if (squared > query.best_squared || (squared == query.best_squared && id > query.best)) return false;
   query.best_squared = squared;
   query.best = id;
   // A little larger than the distance, so that rounding hides no triangle at the same distance.
@@ -54,10 +53,19 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   return true;
 }
 
+// One thread would suffice to build the tree, but Embree's "threads=1" holds back all of the program's TBB loops for as long as
+// the device lives. Embree's own threads are not compiled for the thread sanitizer, which takes them for races; there
+// parallel_for does without TBB.
+#ifdef __SANITIZE_THREAD__
+constexpr const char* kDeviceOptions = "threads=1";
+#else
+constexpr const char* kDeviceOptions = "";
+#endif
+
 }  // namespace
 
 struct RayTracer::State {
-  explicit State(const Surfaces& surfaces_in) : surfaces(surfaces_in), device(rtcNewDevice(nullptr)) {
+  explicit State(const Surfaces& surfaces_in) : surfaces(surfaces_in), device(rtcNewDevice(kDeviceOptions)) {
     if (device == nullptr) throw Error("Embree does not start on this machine; it needs a CPU with SSE2");
     scene = rtcNewScene(device);
   }

@@ -63,8 +63,9 @@ Simulation::~Simulation() = default;
 std::string Simulation::description() const {
   std::uint16_t things = 0;
   for (const SceneObject& object : state_->home.scene.objects) things = std::max(things, object.instance);
-  return fmt::format("simulated home {}: {} rooms, {} things, {} frames, depth and colour {}x{}, noise '{}'",
-                     state_->options.seed, state_->home.rooms.size(), things, size(), kCamera.width, kCamera.height,
+  const std::size_t rooms = state_->home.rooms.size();
+  return fmt::format("simulated home {}: {} room{}, {} things, {} frames, depth and colour {}x{}, noise '{}'",
+                     state_->options.seed, rooms, rooms == 1 ? "" : "s", things, size(), kCamera.width, kCamera.height,
                      state_->options.noise);
 }
 

@@ -49,7 +49,7 @@ double naive_distance(const Surfaces& surfaces, std::size_t t, const Vec3d& p) {
   const auto corner = [&](int i) -> Vec3d { return surfaces.positions[surfaces.triangles[t][i]].cast<double>(); };
   const auto search = [](auto distance, double high) {
     double low = 0;
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < 45; ++i) {
       const double third = (high - low) / 3;
       if (distance(low + third) < distance(high - third)) {
         high -= third;
@@ -159,7 +159,7 @@ TEST(Renderer, FindsTheNearestSurfaceAsALoopOverAllTrianglesDoes) {
   const Surfaces surfaces = flatten(scene);
   const Renderer renderer(scene);
   Random random(7);
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 20; ++i) {
     const Vec3d p(random.uniform(-0.2, 4.2), random.uniform(-0.2, 3.2), random.uniform(-0.2, 2.7));
     double best = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < surfaces.triangles.size(); ++t) best = std::min(best, naive_distance(surfaces, t, p));

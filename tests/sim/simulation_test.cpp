@@ -86,7 +86,7 @@ TEST(Simulation, NoiseLeavesTheTruthAlone) {
 }
 
 TEST(Simulation, DescribesItself) {
-  EXPECT_THAT(home().description(), HasSubstr("simulated home 3: 1 rooms, "));
+  EXPECT_THAT(home().description(), HasSubstr("simulated home 3: 1 room, "));
   EXPECT_THAT(home().description(), HasSubstr("40 frames, depth and colour 640x480, noise 'kinect'"));
 }
 
