@@ -100,7 +100,9 @@ Fields fields(ExportOptions& o) {
 }
 
 SimulationOptions simulation_options(const ExportOptions& o) {
-  SimulationOptions simulation = parse_simulation("sim:" + o.seed.substr(0, o.seed.find(',')));
+  if (o.seed.find(',') != std::string::npos)
+    throw Error(fmt::format("seed '{}' is not a whole number; write for example 7", o.seed));
+  SimulationOptions simulation = parse_simulation("sim:" + o.seed);
   simulation.rooms = o.rooms;
   simulation.frames = o.frames;
   simulation.noise = o.noise;

@@ -11,7 +11,8 @@
 namespace panoptic {
 namespace {
 
-constexpr double kPlace_m = 0.6;  // the world is divided into cubes; each is a place where something may seem to be
+constexpr double kPlace_m = 0.6;    // the world is divided into cubes; each is a place where something may seem to be
+constexpr double kShift_m = 0.237;  // floors and walls stand at round numbers: they must not lie where two cubes meet
 constexpr double kSmallest_m = 0.15;
 constexpr double kLargest_m = 0.4;
 constexpr int kLeast_px = 150;  // networks report nothing smaller
@@ -25,17 +26,18 @@ struct Place {
 };
 
 Place place_at(const Vec3d& world_point, std::uint64_t seed) {
-  const Vec3d cell = (world_point / kPlace_m).array().floor();
+  const Vec3d shift = Vec3d::Constant(kShift_m);
+  const Vec3d cell = ((world_point + shift) / kPlace_m).array().floor();
   std::uint64_t key = 0;
   for (int axis = 0; axis < 3; ++axis) key = hash_bits(key, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[axis])));
   Random random(seed, static_cast<std::uint64_t>(Effect::kHallucinated), key);
-  const Vec3d center = (cell + Vec3d(random.uniform(), random.uniform(), random.uniform())) * kPlace_m;
+  const Vec3d center = (cell + Vec3d(random.uniform(), random.uniform(), random.uniform())) * kPlace_m - shift;
   return {key, center, random.uniform(kSmallest_m, kLargest_m)};
 }
 
 // The places that the frame sees, ascending by key, each once.
 std::vector<Place> visible_places(const Observation& o) {
-  constexpr int kStep_px = 32;
+  constexpr int kStep_px = 16;
   const Image<float>& depth = o.frame.rendering.depth;
   std::vector<Place> places;
   for (int v = kStep_px / 2; v < depth.height(); v += kStep_px) {

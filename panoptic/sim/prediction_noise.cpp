@@ -57,17 +57,17 @@ PredictionNoise good() {
 
 PredictionNoise maskrcnn() {
   PredictionNoise n;
-  n.missed = 0.15F;
-  n.small_px = 800;
+  n.missed = 0.22F;
+  n.small_px = 1200;
   n.far_m = 6;
   n.truncated = 0.15F;
   n.merged = 0.15F;
   n.split = 0.08F;
-  n.hallucinated = 0.03F;
+  n.hallucinated = 0.04F;
   n.boundary_px = 2.5F;
-  n.boundary_share = 0.03F;
-  n.confused = 0.2F;
-  n.score_mean = 0.6F;
+  n.boundary_share = 0.045F;
+  n.confused = 0.25F;
+  n.score_mean = 0.55F;
   n.stuff_lost = 0.1F;
   n.stuff_swapped = 0.01F;
   n.things_as_stuff = 0.15F;
