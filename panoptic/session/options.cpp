@@ -12,6 +12,7 @@ Fields fields(Options& o) {
   append_group(all, "map", fields(o.map));
   append_group(all, "tracker", fields(o.tracker));
   append_group(all, "integrator", fields(o.integrator));
+  append_group(all, "regularizer", fields(o.regularizer));
   append_group(all, "mesher", fields(o.mesher));
   return all;
 }

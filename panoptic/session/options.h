@@ -12,6 +12,7 @@
 #include "panoptic/fusion/label_tracker.h"
 #include "panoptic/fusion/mesher.h"
 #include "panoptic/fusion/registration.h"
+#include "panoptic/fusion/regularizer.h"
 #include "panoptic/map/voxel_map.h"
 #include "panoptic/predict/predictor_networks.h"
 
@@ -25,6 +26,7 @@ struct Options {
   MapOptions map;
   TrackerOptions tracker;
   IntegratorOptions integrator;
+  RegularizerOptions regularizer;
   MesherOptions mesher;
 };
 Fields fields(Options& options);

@@ -22,6 +22,9 @@ Session::Session(const Options& options, LabelSet labels)
       registration_(options.depth),
       tracker_(options.tracker, labels_),
       integrator_(options.integrator, map_),
+      regularizes_(options.regularizer.enabled),
+      regularize_every_(static_cast<std::uint64_t>(options.regularizer.every_frames)),
+      regularizer_(options.regularizer, map_),
       mesher_(options.mesher) {
   if (options.depth.min_m >= options.depth.max_m) {
     throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
@@ -67,7 +70,15 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
 
   up_sum_ -= frame.world_from_camera.linear().col(1);
   frames_.count_used();
+  if (frames_.used() % regularize_every_ == 0) regularize();
   return std::nullopt;
+}
+
+void Session::regularize() {
+  if (!regularizes_) return;
+  const Stopwatch stopwatch;
+  if (regularizer_.run(map_) > 0) objects_.retire_unused(ids_in_use(map_));
+  profile_.add("regularize", stopwatch.seconds());
 }
 
 Mesh Session::mesh() {

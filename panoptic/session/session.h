@@ -17,6 +17,7 @@
 #include "panoptic/fusion/label_tracker.h"
 #include "panoptic/fusion/mesher.h"
 #include "panoptic/fusion/registration.h"
+#include "panoptic/fusion/regularizer.h"
 #include "panoptic/map/object_registry.h"
 #include "panoptic/map/voxel_map.h"
 #include "panoptic/session/frame_log.h"
@@ -32,11 +33,15 @@ class Session {
   Session(const Options& options, LabelSet labels);
 
   // Fuses one frame. An unusable frame (NaN pose, wrong size, no depth ...) changes nothing, is counted in frames(), and the
-  // reason is returned. An empty segmentation leaves labels alone.
+  // reason is returned. An empty segmentation leaves labels alone. Regularizes after every regularizer.every_frames used frames.
   std::optional<std::string> add(const Frame& frame, const Segmentation& segmentation);
 
   // Counts a frame that could not even be read.
   void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
+
+  // Regularizes the labels of what changed since the last time (nothing if regularizer.enabled is false), and forgets objects
+  // that lost their last voxel. Call it after the last frame.
+  void regularize();
 
   // The surface as it is now; only blocks that changed since the last call are extracted anew.
   Mesh mesh();
@@ -45,7 +50,7 @@ class Session {
   const ObjectRegistry& objects() const { return objects_; }
   const LabelSet& labels() const { return labels_; }
   const FrameLog& frames() const { return frames_; }
-  // Stages "register", "reference", "track", "integrate", their sum "fusion", and "mesh"; callers add their own.
+  // Stages "register", "reference", "track", "integrate", their sum "fusion", "regularize" and "mesh"; callers add their own.
   Profile& profile() { return profile_; }
   const Profile& profile() const { return profile_; }
   // Upwards in the world, as the cameras were mostly held: the mean of their -y axes. Unit length.
@@ -58,6 +63,9 @@ class Session {
   Registration registration_;
   LabelTracker tracker_;
   Integrator integrator_;
+  bool regularizes_;
+  std::uint64_t regularize_every_;
+  Regularizer regularizer_;
   Mesher mesher_;
   std::vector<PanopticId> reference_;
   FrameLog frames_;

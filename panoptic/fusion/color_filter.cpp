@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/fusion/color_filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "panoptic/base/clones.h"
+#include "panoptic/fusion/fast_exp.h"
+
+namespace panoptic {
+namespace {
+
+// Pairs whose weight is below e^-kFarthest are left out.
+constexpr float kFarthest = 7.0F;
+// A voxel joins a cluster whose first voxel's colour is nearer than this share of theta_beta.
+constexpr float kSameColor = 0.5F;
+
+std::int32_t floor_divide(std::int32_t a, std::int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }
+
+float squared_difference(const VoxelColor& a, const VoxelColor& b) {
+  return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
+}
+
+std::vector<GridPoint> cells_of(std::span<const GridPoint> points, std::int32_t side) {
+  std::vector<GridPoint> cells;
+  cells.reserve(points.size());
+  for (const GridPoint& p : points) {
+    cells.push_back({floor_divide(p.x, side), floor_divide(p.y, side), floor_divide(p.z, side)});
+  }
+  return cells;
+}
+
+}  // namespace
+
+// The clusters' mean positions and colours, each scaled so that a pair's weight is e^-(squared difference). One plane per
+// coordinate; the clusters of a cell follow each other, cells in the order of (z, y, x).
+struct ColorFilter::Centers {
+  explicit Centers(const GridBox& box) : cells(box) {}
+
+  BitGrid cells;
+  std::vector<GridPoint> cell_of;          // by cluster, within the box
+  std::vector<std::uint32_t> first_of;     // by cell, and one more at the end
+  std::array<std::vector<float>, 6> axes;  // x y z red green blue
+};
+
+// External linkage on purpose: GCC's target_clones need it.
+namespace kernels {
+
+void pair_weights(const std::array<const float*, 6>& axes, const std::array<float, 6>& center, std::size_t count, float* weights);
+void sum_pairs_8(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
+void sum_pairs_16(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
+
+PANOPTIC_CLONES
+void pair_weights(const std::array<const float*, 6>& axes, const std::array<float, 6>& center, std::size_t count,
+                  float* weights) {
+  for (std::size_t i = 0; i < count; ++i) {
+    float squares = 0;
+    for (std::size_t a = 0; a < 6; ++a) squares += (axes[a][i] - center[a]) * (axes[a][i] - center[a]);
+    weights[i] = squares < kFarthest ? fast_exp(-squares) : 0.0F;
+  }
+}
+
+template <int kWidth>
+[[gnu::always_inline]] inline void sum_pairs(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
+  float total[kWidth] = {};
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* from = sums + std::size_t{pairs[2 * i]} * kWidth;
+    const float weight = std::bit_cast<float>(pairs[2 * i + 1]);
+    for (int c = 0; c < kWidth; ++c) total[c] += weight * from[c];
+  }
+  for (int c = 0; c < kWidth; ++c) out[c] = total[c];
+}
+
+PANOPTIC_CLONES
+void sum_pairs_8(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
+  sum_pairs<8>(pairs, count, sums, out);
+}
+
+PANOPTIC_CLONES
+void sum_pairs_16(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
+  sum_pairs<16>(pairs, count, sums, out);
+}
+
+}  // namespace kernels
+
+ColorFilter::ColorFilter(std::span<const GridPoint> points, std::span<const VoxelColor> colors,
+                         const ColorFilterSettings& settings, const Ranges& ranges) {
+  const auto cell_voxels = std::max(1, static_cast<std::int32_t>(settings.theta_alpha));
+  const std::vector<GridPoint> cells = cells_of(points, cell_voxels);
+  Centers centers(box_around(cells));
+  form_clusters(points, colors, settings, cells, centers);
+  pair_clusters(centers, std::sqrt(2 * kFarthest) * settings.theta_alpha / static_cast<float>(cell_voxels), ranges);
+}
+
+// Voxels sorted by cell; within a cell each joins the first cluster of its colour, or founds one.
+void ColorFilter::form_clusters(std::span<const GridPoint> points, std::span<const VoxelColor> colors,
+                                const ColorFilterSettings& settings, std::span<const GridPoint> cells, Centers& centers) {
+  const GridPoint origin = centers.cells.box().origin;
+  const auto within = [&](const GridPoint& c) { return GridPoint{c.x - origin.x, c.y - origin.y, c.z - origin.z}; };
+  for (const GridPoint& c : cells) centers.cells.set(within(c));
+  const std::size_t cell_count = centers.cells.number_points();
+  std::vector<std::uint32_t> starts(cell_count + 1, 0);
+  std::vector<std::uint32_t> cell(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    cell[i] = centers.cells.rank(within(cells[i]));
+    starts[cell[i] + 1]++;
+  }
+  std::partial_sum(starts.begin(), starts.end(), starts.begin());
+  std::vector<std::uint32_t> sorted(points.size());
+  std::vector<std::uint32_t> next(starts.begin(), starts.end() - 1);
+  for (std::size_t i = 0; i < points.size(); ++i) sorted[next[cell[i]]++] = static_cast<std::uint32_t>(i);
+
+  const float limit = kSameColor * settings.theta_beta * kSameColor * settings.theta_beta;
+  const double position_scale = 1 / (std::sqrt(2.0) * settings.theta_alpha);
+  const double color_scale = 1 / (std::sqrt(2.0) * settings.theta_beta);
+  cluster_of_.resize(points.size());
+  members_.reserve(points.size());
+  std::vector<std::uint32_t> left;
+  for (std::size_t c = 0; c < cell_count; ++c) {
+    centers.first_of.push_back(static_cast<std::uint32_t>(member_ends_.size()));
+    left.assign(sorted.begin() + starts[c], sorted.begin() + starts[c + 1]);
+    while (!left.empty()) {
+      const VoxelColor seed = colors[left[0]];
+      const auto rest = std::stable_partition(left.begin(), left.end(),
+                                              [&](std::uint32_t i) { return squared_difference(colors[i], seed) >= limit; });
+      std::array<double, 6> sum{};
+      for (auto i = rest; i != left.end(); ++i) {
+        const GridPoint& p = points[*i];
+        cluster_of_[*i] = static_cast<std::uint32_t>(member_ends_.size());
+        members_.push_back(*i);
+        sum[0] += p.x - origin.x * 1.0;
+        sum[1] += p.y - origin.y * 1.0;
+        sum[2] += p.z - origin.z * 1.0;
+        for (std::size_t a = 0; a < 3; ++a) sum[3 + a] += colors[*i][a];
+      }
+      const auto members = static_cast<double>(left.end() - rest);
+      for (std::size_t a = 0; a < 6; ++a) {
+        centers.axes[a].push_back(static_cast<float>(sum[a] / members * (a < 3 ? position_scale : color_scale)));
+      }
+      centers.cell_of.push_back(within(cells[sorted[starts[c]]]));
+      member_ends_.push_back(static_cast<std::uint32_t>(members_.size()));
+      left.erase(rest, left.end());
+    }
+  }
+  centers.first_of.push_back(static_cast<std::uint32_t>(member_ends_.size()));
+}
+
+void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const Ranges& ranges) {
+  const auto reach = static_cast<std::int32_t>(std::ceil(reach_cells));
+  const GridPoint size = centers.cells.box().size;
+  pairs_.resize((cluster_count() + kGrain - 1) / kGrain);
+  ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    Pairs& piece = pairs_[begin / kGrain];
+    std::vector<float> weights;
+    for (std::size_t c = begin; c < end; ++c) {
+      const GridPoint at = centers.cell_of[c];
+      std::array<float, 6> center{};
+      for (std::size_t a = 0; a < 6; ++a) center[a] = centers.axes[a][c];
+      const std::int32_t low = std::max(0, at.x - reach);
+      const std::int32_t high = std::min(size.x - 1, at.x + reach);
+      for (std::int32_t z = std::max(0, at.z - reach); z <= std::min(size.z - 1, at.z + reach); ++z) {
+        for (std::int32_t y = std::max(0, at.y - reach); y <= std::min(size.y - 1, at.y + reach); ++y) {
+          // The cells of a row are numbered one after the other, and so are their clusters.
+          const GridPoint last{high, y, z};
+          const std::uint32_t past = centers.cells.rank(last) + (centers.cells.contains(last) ? 1 : 0);
+          const std::uint32_t first = centers.first_of[centers.cells.rank({low, y, z})];
+          const std::size_t count = centers.first_of[past] - first;
+          if (count == 0) continue;
+          weights.resize(std::max(weights.size(), count));
+          std::array<const float*, 6> axes{};
+          for (std::size_t a = 0; a < 6; ++a) axes[a] = centers.axes[a].data() + first;
+          kernels::pair_weights(axes, center, count, weights.data());
+          for (std::size_t k = 0; k < count; ++k) {
+            if (weights[k] > 0)
+              piece.pairs.push_back({first + static_cast<std::uint32_t>(k), std::bit_cast<std::uint32_t>(weights[k])});
+          }
+        }
+      }
+      piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));
+    }
+  });
+}
+
+const float* ColorFilter::apply(const ScaledRows& in, RowWidth row_width, ColorScratch& scratch, const Ranges& ranges) const {
+  const auto width = static_cast<std::size_t>(row_width);
+  scratch.sums.resize(cluster_count() * width);
+  scratch.blurred.resize(cluster_count() * width);
+  ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::size_t m = begin == 0 ? 0 : member_ends_[begin - 1];
+    for (std::size_t k = begin; k < end; ++k) {
+      float* sum = scratch.sums.data() + k * width;
+      std::fill(sum, sum + width, 0.0F);
+      for (; m < member_ends_[k]; ++m) {
+        const float factor = in.scale == nullptr ? 1.0F : in.scale[members_[m]];
+        const float* from = in.row(members_[m]);
+        for (std::size_t c = 0; c < width; ++c) sum[c] += factor * from[c];
+      }
+    }
+  });
+  const auto sum_pairs = row_width == RowWidth::k8 ? kernels::sum_pairs_8 : kernels::sum_pairs_16;
+  ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    const Pairs& piece = pairs_[begin / kGrain];
+    std::size_t first = 0;
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t past = piece.ends[k - begin];
+      sum_pairs(&piece.pairs[first].cluster, past - first, scratch.sums.data(), scratch.blurred.data() + k * width);
+      first = past;
+    }
+  });
+  return scratch.blurred.data();
+}
+
+std::size_t ColorFilter::memory_bytes() const {
+  std::size_t bytes = (cluster_of_.capacity() + members_.capacity() + member_ends_.capacity()) * sizeof(std::uint32_t);
+  for (const Pairs& piece : pairs_) {
+    bytes += piece.pairs.capacity() * sizeof(Pair) + piece.ends.capacity() * sizeof(std::uint32_t);
+  }
+  return bytes;
+}
+
+}  // namespace panoptic

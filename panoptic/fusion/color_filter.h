@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Sums over voxels weighted by a Gaussian of their distance and of the difference of their colours: k1 of the paper (Eq. 15).
+//
+// Voxels that share a cell of about one sigma and nearly one colour form a cluster; clusters are summed pair by pair, with their
+// mean positions and colours. Surfaces are thin and locally of few colours, so there are few clusters, each with some hundred
+// others in reach, and the weights are worked out once. docs/decisions/0008 compares this with a permutohedral lattice.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "panoptic/fusion/bit_grid.h"
+#include "panoptic/fusion/grid_filter.h"
+#include "panoptic/fusion/ranges.h"
+
+namespace panoptic {
+
+using VoxelColor = std::array<float, 3>;  // 0..255
+
+struct ColorFilterSettings {
+  float theta_alpha = 2;  // voxels
+  float theta_beta = 20;  // of 255
+};
+
+struct ColorScratch {
+  std::vector<float> sums;     // a row per cluster
+  std::vector<float> blurred;  // a row per cluster
+};
+
+class ColorFilter {
+ public:
+  // `points` in the order of (z, y, x), none twice.
+  ColorFilter(std::span<const GridPoint> points, std::span<const VoxelColor> colors, const ColorFilterSettings& settings,
+              const Ranges& ranges);
+
+  // Returns rows r, one per cluster: voxel i's sum over j of k1(i, j) * scale[j] * row j of `in`, j = i included, is
+  // row cluster_of()[i]. A voxel's own share in it is exactly scale[i] * row i.
+  const float* apply(const ScaledRows& in, RowWidth width, ColorScratch& scratch, const Ranges& ranges) const;
+
+  std::span<const std::uint32_t> cluster_of() const { return cluster_of_; }
+  std::size_t cluster_count() const { return member_ends_.size(); }
+  std::size_t memory_bytes() const;
+
+ private:
+  static constexpr std::size_t kGrain = 512;  // clusters that are worked together
+
+  struct Pair {
+    std::uint32_t cluster;
+    std::uint32_t weight;  // the bits of a float
+  };
+  struct Pairs {  // of kGrain clusters
+    std::vector<Pair> pairs;
+    std::vector<std::uint32_t> ends;
+  };
+  struct Centers;
+
+  void form_clusters(std::span<const GridPoint> points, std::span<const VoxelColor> colors, const ColorFilterSettings& settings,
+                     std::span<const GridPoint> cells, Centers& centers);
+  void pair_clusters(const Centers& centers, float reach_cells, const Ranges& ranges);
+
+  std::vector<std::uint32_t> cluster_of_;   // by voxel
+  std::vector<std::uint32_t> members_;      // voxels, cluster after cluster
+  std::vector<std::uint32_t> member_ends_;  // by cluster
+  std::vector<Pairs> pairs_;
+};
+
+}  // namespace panoptic

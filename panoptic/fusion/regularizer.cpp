@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/fusion/regularizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "panoptic/base/parallel.h"
+#include "panoptic/fusion/map_division.h"
+
+namespace panoptic {
+namespace {
+
+// From this many nodes times labels a submap is cut in two, so that memory stays bounded whatever max_blocks says.
+constexpr std::size_t kMostCells = 32'000'000;
+// Submaps above this many blocks are solved one after the other on all threads, smaller ones side by side.
+constexpr std::size_t kSmallSubmap = 64;
+
+// How sure a voxel is of the label that it is given; see the header.
+float flipped_weight(const CoreVoxel& before, float probability) {
+  const float observation = before.weight * (2 * probability - 1);
+  return std::clamp(observation - before.label_weight, 0.0F, std::max(0.0F, before.label_weight));
+}
+
+bool unchanged(const VoxelBlock& block, const CoreVoxel& before) {
+  return block.label[before.voxel] == before.label && block.label_weight[before.voxel] == before.label_weight &&
+         block.weight[before.voxel] == before.weight;
+}
+
+void append(SubmapChanges& to, SubmapChanges&& from) {
+  to.blocks.insert(to.blocks.end(), from.blocks.begin(), from.blocks.end());
+  to.changes.insert(to.changes.end(), from.changes.begin(), from.changes.end());
+}
+
+}  // namespace
+
+Fields fields(RegularizerOptions& o) {
+  return {
+      {"enabled", &o.enabled, "regularize the labels of the map with the CRF of section III-G", {}},
+      {"every_frames", &o.every_frames, "used frames between two runs; it also runs once at the end", in_range(1, 1e9)},
+      {"w1", &o.w1, "weight of the kernel of position and colour", in_range(0, 1000)},
+      {"w2", &o.w2, "weight of the kernel of position alone", in_range(0, 1000)},
+      {"theta_alpha_m", &o.theta_alpha_m, "width of both kernels in space, metres", in_range(0.001, 0.5)},
+      {"theta_beta", &o.theta_beta, "width of the first kernel in colour, of 255", in_range(1, 1000)},
+      {"iterations", &o.iterations, "mean-field iterations", in_range(1, 100)},
+      {"max_blocks", &o.max_blocks, "blocks of a submap; 0: the whole map at once, as far as memory allows", in_range(0, 1e6)},
+      {"band_voxels", &o.band_voxels, "voxels farther than this from the surface are left as they are", in_range(0.5, 32)},
+      {"highest_probability", &o.highest_probability, "a voxel's own label is never taken to be more probable than this (Eq. 19)",
+       in_range(0.5, 0.999999)},
+  };
+}
+
+Regularizer::Regularizer(const RegularizerOptions& options, const VoxelMap& map)
+    : options_(options), mean_field_{options.w1, options.w2, options.theta_alpha_m / map.voxel_size_m(), options.theta_beta} {
+  const auto reach = static_cast<int>(std::ceil(3 * mean_field_.theta_alpha));
+  gather_ = {options.band_voxels * map.voxel_size_m(), std::clamp(reach, 1, kBlockSide), options.highest_probability};
+}
+
+std::size_t Regularizer::run(VoxelMap& map) {
+  const std::vector<std::vector<Slot>> submaps = choose(map);
+  std::vector<SubmapChanges> results(submaps.size());
+  const bool small = options_.max_blocks > 0 && static_cast<std::size_t>(options_.max_blocks) <= kSmallSubmap;
+  if (small && submaps.size() > 1) {
+    parallel_for(submaps.size(), [&](std::size_t i) { results[i] = regularize(map, submaps[i], {.parallel = false}); });
+  } else {
+    for (std::size_t i = 0; i < submaps.size(); ++i) results[i] = regularize(map, submaps[i], {.parallel = true});
+  }
+  // Only now: all submaps must see their neighbours as they were.
+  std::size_t written = 0;
+  map.begin_epoch();
+  for (const SubmapChanges& changes : results) written += write_back(changes, map);
+  return written;
+}
+
+std::vector<std::vector<Slot>> Regularizer::choose(const VoxelMap& map) const {
+  std::vector<bool> chosen(map.block_count(), false);
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    if (map.changed_at(slot) <= (slot < handled_.size() ? handled_[slot] : 0)) continue;
+    const BlockIndex c = map.index_of(slot);
+    for (int n = 0; n < 27; ++n) {
+      const Slot neighbour = map.find_slot({c.x + n % 3 - 1, c.y + n / 3 % 3 - 1, c.z + n / 9 - 1});
+      if (neighbour != VoxelMap::kNoSlot) chosen[neighbour] = true;
+    }
+  }
+  std::vector<Slot> slots;
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    if (chosen[slot]) slots.push_back(slot);
+  }
+  return divide_map(map, slots, static_cast<std::size_t>(options_.max_blocks));
+}
+
+SubmapGraph Regularizer::gather(const VoxelMap& map, const std::vector<Slot>& blocks) const {
+  return gather_submap(map, blocks, gather_);
+}
+
+SubmapChanges Regularizer::regularize(const VoxelMap& map, const std::vector<Slot>& blocks, Ranges ranges) const {
+  const SubmapGraph submap = gather(map, blocks);
+  if (submap.graph.size() * submap.graph.label_count <= kMostCells || blocks.size() == 1) return solve(submap, ranges);
+  SubmapChanges all{{}, submap.epoch, {}};
+  for (const std::vector<Slot>& part : divide_map(map, blocks, (blocks.size() + 1) / 2)) {
+    append(all, regularize(map, part, ranges));
+  }
+  return all;
+}
+
+SubmapChanges Regularizer::solve(const SubmapGraph& submap, Ranges ranges) const {
+  SubmapChanges result{submap.blocks, submap.epoch, {}};
+  if (submap.core.empty() || submap.graph.label_count < 2) return result;
+  MeanField field(submap.graph, mean_field_, ranges);
+  for (int i = 0; i < options_.iterations; ++i) field.iterate();
+  for (const CoreVoxel& voxel : submap.core) {
+    const std::uint16_t label = submap.graph.labels[voxel.node];
+    if (label == CrfGraph::kOtherLabel) continue;
+    const MeanField::Best best = field.best(voxel.node);
+    if (best.label != label) result.changes.push_back({voxel, submap.ids[best.label], flipped_weight(voxel, best.probability)});
+  }
+  return result;
+}
+
+std::size_t Regularizer::write_back(const SubmapChanges& changes, VoxelMap& map) {
+  handled_.resize(std::max(handled_.size(), map.block_count()), 0);
+  // A block that a frame has changed meanwhile stays due, also if it is marked below.
+  std::vector<Slot> done;
+  std::copy_if(changes.blocks.begin(), changes.blocks.end(), std::back_inserter(done),
+               [&](Slot slot) { return map.changed_at(slot) <= changes.epoch; });
+  std::size_t written = 0;
+  for (const LabelChange& change : changes.changes) {
+    VoxelBlock& block = map.block(change.before.slot);
+    if (!unchanged(block, change.before)) continue;
+    block.label[change.before.voxel] = change.label;
+    block.label_weight[change.before.voxel] = change.label_weight;
+    map.mark_changed(change.before.slot);
+    ++written;
+  }
+  for (const Slot slot : done) handled_[slot] = map.epoch();
+  return written;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Regularizes the labels of the map with a fully connected CRF over panoptic labels (section III-G of the paper).
+//
+// What is written back. A voxel whose most probable label is the one it has keeps label and weight. Any other is treated as if
+// it had been observed once more, by an observation of the most probable label with weight W^D (2q - 1) (Eq. 19 solved for W^L),
+// which flips it by Eq. 11 - except that it never comes out surer of its new label than it was of the old one. So no label
+// weight ever grows by regularizing: repeating it does not turn an opinion into a certainty, and later frames can correct what it
+// did at least as easily as before.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "panoptic/base/config.h"
+#include "panoptic/fusion/submap_graph.h"
+#include "panoptic/map/voxel_map.h"
+
+namespace panoptic {
+
+struct RegularizerOptions {
+  bool enabled = true;
+  int every_frames = 300;  // used frames between two runs: 10 s at 30 Hz
+  float w1 = 10;
+  float w2 = 15;
+  float theta_alpha_m = 0.05F;
+  float theta_beta = 20;
+  int iterations = 5;
+  int max_blocks = 25;
+  float band_voxels = 4;
+  float highest_probability = 0.99F;
+};
+Fields fields(RegularizerOptions& options);
+
+// A voxel that gets another label, with what it held when it was copied.
+struct LabelChange {
+  CoreVoxel before;
+  std::uint16_t label;
+  float label_weight;
+};
+
+struct SubmapChanges {
+  std::vector<Slot> blocks;
+  std::uint64_t epoch = 0;  // as in SubmapGraph
+  std::vector<LabelChange> changes;
+};
+
+// Three steps, so that the long one can run beside the mapping: choose and gather read the map, solve reads only its arguments,
+// write_back changes the map. Each result depends on the map alone, not on the thread count.
+class Regularizer {
+ public:
+  Regularizer(const RegularizerOptions& options, const VoxelMap& map);
+
+  // Every submap with a block that changed since it was regularized, or with a neighbour of one. Returns how many voxels got
+  // another label. Starts a new epoch and marks the blocks that it changed.
+  std::size_t run(VoxelMap& map);
+
+  std::vector<std::vector<Slot>> choose(const VoxelMap& map) const;
+  SubmapGraph gather(const VoxelMap& map, const std::vector<Slot>& blocks) const;
+  SubmapChanges solve(const SubmapGraph& submap, Ranges ranges = {}) const;
+  // Leaves voxels alone that a frame has changed since they were copied. `map` must be in an epoch of its own (begin_epoch).
+  std::size_t write_back(const SubmapChanges& changes, VoxelMap& map);
+
+ private:
+  SubmapChanges regularize(const VoxelMap& map, const std::vector<Slot>& blocks, Ranges ranges) const;
+
+  RegularizerOptions options_;
+  GatherSettings gather_;
+  MeanFieldSettings mean_field_;
+  std::vector<std::uint64_t> handled_;  // by slot: the epoch up to which the block's changes are regularized
+};
+
+}  // namespace panoptic

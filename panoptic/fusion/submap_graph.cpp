@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/fusion/submap_graph.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace panoptic {
+namespace {
+
+constexpr int kSide = kBlockSide;
+
+// A block's voxels that belong to the graph: one bit per voxel, a word per row along x.
+struct Part {
+  BlockIndex index;
+  Slot slot = VoxelMap::kNoSlot;
+  bool core = false;
+  std::array<std::uint16_t, kSide * kSide> rows{};
+};
+
+struct Span1 {
+  int begin;
+  int end;
+};
+
+// Along one axis: the voxels of a neighbour at that offset (-1, 0, 1) which are within reach.
+Span1 reached(int offset, int reach) {
+  if (offset < 0) return {kSide - reach, kSide};
+  return {0, offset == 0 ? kSide : reach};
+}
+
+void add_box(Part& part, Span1 x, Span1 y, Span1 z) {
+  const auto bits = static_cast<std::uint16_t>(((1U << x.end) - 1U) & ~((1U << x.begin) - 1U));
+  for (int k = z.begin; k < z.end; ++k) {
+    for (int j = y.begin; j < y.end; ++j) part.rows[static_cast<std::size_t>(j + kSide * k)] |= bits;
+  }
+}
+
+// The submap's blocks whole, their neighbours as far as the halo reaches; in the order of their keys, which is (z, y, x).
+std::vector<Part> parts_of(const VoxelMap& map, std::span<const Slot> blocks, int halo) {
+  std::map<std::uint64_t, Part> parts;
+  for (const Slot slot : blocks) {
+    const BlockIndex c = map.index_of(slot);
+    for (int n = 0; n < 27; ++n) {
+      const int dx = n % 3 - 1;
+      const int dy = n / 3 % 3 - 1;
+      const int dz = n / 9 - 1;
+      const BlockIndex index{c.x + dx, c.y + dy, c.z + dz};
+      const Slot found = map.find_slot(index);
+      if (found == VoxelMap::kNoSlot) continue;
+      Part& part = parts[pack(index)];
+      part.index = index;
+      part.slot = found;
+      part.core |= found == slot;
+      add_box(part, reached(dx, halo), reached(dy, halo), reached(dz, halo));
+    }
+  }
+  std::vector<Part> sorted;
+  sorted.reserve(parts.size());
+  for (auto& [key, part] : parts) sorted.push_back(part);
+  return sorted;
+}
+
+// Copies voxels into the graph. Labels are panoptic ids for now.
+class Copier {
+ public:
+  Copier(const VoxelMap& map, const GatherSettings& settings, SubmapGraph& out) : map_(map), settings_(settings), out_(out) {}
+
+  // Parts of one layer of blocks along z, so that nodes come out in the order of (z, y, x).
+  void copy_layer(std::span<const Part> parts) {
+    for (int z = 0; z < kSide; ++z) {
+      for (auto first = parts.begin(); first != parts.end();) {
+        const auto past = std::find_if(first, parts.end(), [&](const Part& p) { return p.index.y != first->index.y; });
+        for (int y = 0; y < kSide; ++y) {
+          for (auto part = first; part != past; ++part) copy_row(*part, y, z);
+        }
+        first = past;
+      }
+    }
+  }
+
+ private:
+  void copy_row(const Part& part, int y, int z) {
+    std::uint32_t bits = part.rows[static_cast<std::size_t>(y + kSide * z)];
+    const VoxelBlock& block = map_.block(part.slot);
+    for (; bits != 0; bits &= bits - 1) {
+      const int x = std::countr_zero(bits);
+      const auto voxel = static_cast<std::size_t>(voxel_offset(x, y, z));
+      // Written so that anything that is not a number is left out too.
+      if (!(block.weight[voxel] > 0) || !(std::abs(block.distance[voxel]) <= settings_.band_m)) continue;
+      add_node(part, block, voxel, {part.index.x * kSide + x, part.index.y * kSide + y, part.index.z * kSide + z});
+    }
+  }
+
+  void add_node(const Part& part, const VoxelBlock& block, std::size_t voxel, GridPoint point) {
+    CrfGraph& g = out_.graph;
+    const float weight = block.weight[voxel];
+    const float label_weight = block.label_weight[voxel];
+    if (part.core) {
+      out_.core.push_back({static_cast<std::uint32_t>(g.size()), part.slot, static_cast<std::uint16_t>(voxel), block.label[voxel],
+                           label_weight, weight});
+    }
+    g.points.push_back(point);
+    const auto channel = [&](const auto& plane) { return static_cast<float>(plane[voxel]) / 256.0F; };
+    g.colors.push_back({channel(block.red), channel(block.green), channel(block.blue)});
+    g.labels.push_back(block.label[voxel]);
+    const float p = 0.5F * (1.0F + label_weight / weight);  // Eq. 19
+    g.probabilities.push_back(p > 0.5F ? std::min(p, settings_.highest_probability) : 0.5F);
+  }
+
+  const VoxelMap& map_;
+  const GatherSettings& settings_;
+  SubmapGraph& out_;
+};
+
+// From panoptic ids to 0, 1, 2 ... in the order of the ids.
+void number_labels(SubmapGraph& submap) {
+  std::vector<std::uint32_t> counts(65536, 0);
+  for (const std::uint16_t id : submap.graph.labels) counts[id]++;
+  for (std::size_t id = 0; id < counts.size(); ++id) {
+    if (counts[id] > 0) submap.ids.push_back(static_cast<std::uint16_t>(id));
+  }
+  submap.graph.all_labels = submap.ids.size();
+  if (submap.ids.size() > kMostLabels) {
+    std::stable_sort(submap.ids.begin(), submap.ids.end(),
+                     [&](std::uint16_t a, std::uint16_t b) { return counts[a] > counts[b]; });
+    submap.ids.resize(kMostLabels);
+    std::sort(submap.ids.begin(), submap.ids.end());
+  }
+  submap.graph.label_count = submap.ids.size();
+  std::vector<std::uint16_t> label_of(65536, CrfGraph::kOtherLabel);
+  for (std::size_t l = 0; l < submap.ids.size(); ++l) label_of[submap.ids[l]] = static_cast<std::uint16_t>(l);
+  for (std::uint16_t& label : submap.graph.labels) label = label_of[label];
+}
+
+}  // namespace
+
+SubmapGraph gather_submap(const VoxelMap& map, std::span<const Slot> blocks, const GatherSettings& settings) {
+  SubmapGraph out;
+  out.blocks.assign(blocks.begin(), blocks.end());
+  out.epoch = map.epoch();
+  const std::vector<Part> parts = parts_of(map, blocks, settings.halo_voxels);
+  Copier copier(map, settings, out);
+  for (auto first = parts.begin(); first != parts.end();) {
+    const auto past = std::find_if(first, parts.end(), [&](const Part& p) { return p.index.z != first->index.z; });
+    copier.copy_layer({first, past});
+    first = past;
+  }
+  number_labels(out);
+  return out;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/fusion/mean_field.h"
+
+#include <gtest/gtest.h>
+
+#include "panoptic/base/parallel.h"
+#include "tests/fusion/crf_graphs.h"
+
+namespace panoptic {
+namespace {
+
+using test::argmax;
+using test::naive_mean_field;
+using test::random_graph;
+using test::sheet_graph;
+
+constexpr int kIterations = 5;
+constexpr MeanFieldSettings kPaper{10, 15, 2.083F, 20};
+constexpr MeanFieldSettings kPositionOnly{0, 15, 2.083F, 20};
+
+struct Difference {
+  double most = 0;   // of marginals
+  double agree = 0;  // share of voxels with the same best label
+};
+
+Difference difference(const CrfGraph& graph, const MeanFieldSettings& settings) {
+  const auto expected = naive_mean_field(graph, settings, kIterations);
+  MeanField field(graph, settings);
+  for (int i = 0; i < kIterations; ++i) field.iterate();
+  Difference d;
+  for (std::size_t v = 0; v < graph.size(); ++v) {
+    for (std::size_t l = 0; l < graph.label_count; ++l)
+      d.most = std::max(d.most, std::abs(expected[v][l] - field.marginal(v, l)));
+    d.agree += field.best(v).label == argmax(expected[v]) ? 1.0 : 0.0;
+  }
+  d.agree /= static_cast<double>(graph.size());
+  return d;
+}
+
+TEST(MeanField, WithThePositionKernelAloneMarginalsAreThoseOfTheDefinition) {
+  for (const unsigned seed : {1U, 2U}) {
+    EXPECT_LT(difference(random_graph(13, 0.5F, 5, seed), kPositionOnly).most, 1e-3);
+    EXPECT_LT(difference(random_graph(28, 0.05F, 19, seed), kPositionOnly).most, 1e-3);
+    EXPECT_LT(difference(sheet_graph({.side = 14, .patch = 5}, seed), kPositionOnly).most, 1e-3);
+  }
+}
+
+TEST(MeanField, WithBothKernelsNearlyAllLabelsAreThoseOfTheDefinition) {
+  for (const unsigned seed : {1U, 2U}) {
+    EXPECT_GE(difference(random_graph(13, 0.5F, 5, seed), kPaper).agree, 0.99);
+    EXPECT_GE(difference(random_graph(28, 0.05F, 19, seed), kPaper).agree, 0.99);
+    EXPECT_GE(difference(sheet_graph({.side = 14, .patch = 5}, seed), kPaper).agree, 0.99);
+    EXPECT_GE(difference(sheet_graph({.side = 14, .patch = 5, .labels = 8, .noise = 0.6F}, seed), kPaper).agree, 0.99);
+  }
+}
+
+TEST(MeanField, NoiseOnASheetOfPatchesIsSmoothedAway) {
+  const CrfGraph noisy = sheet_graph({}, 7);
+  const CrfGraph clean = sheet_graph({.noise = 0}, 7);
+  MeanField field(noisy, kPaper);
+  for (int i = 0; i < kIterations; ++i) field.iterate();
+  std::size_t before = 0;
+  std::size_t after = 0;
+  for (std::size_t v = 0; v < noisy.size(); ++v) {
+    before += noisy.labels[v] != clean.labels[v] ? 1 : 0;
+    after += field.best(v).label != clean.labels[v] ? 1 : 0;
+  }
+  EXPECT_GT(before, noisy.size() / 6);
+  EXPECT_LT(after, noisy.size() / 100);
+}
+
+TEST(MeanField, RunsAloneAndOnAllThreadsToTheSameBits) {
+  const CrfGraph graph = sheet_graph({.labels = 21}, 3);
+  MeanField alone(graph, kPaper);
+  set_thread_count(3);
+  MeanField together(graph, kPaper, {.parallel = true});
+  for (int i = 0; i < 2; ++i) alone.iterate(), together.iterate();
+  set_thread_count(0);
+  for (std::size_t v = 0; v < graph.size(); ++v) {
+    for (std::size_t l = 0; l < 21; ++l) ASSERT_EQ(alone.marginal(v, l), together.marginal(v, l));
+  }
+}
+
+void expect_probabilities(const CrfGraph& graph) {
+  MeanField field(graph, kPaper);
+  for (int i = 0; i < kIterations; ++i) field.iterate();
+  for (std::size_t v = 0; v < graph.size(); ++v) {
+    float sum = 0;
+    for (std::size_t l = 0; l < graph.label_count; ++l) {
+      ASSERT_GE(field.marginal(v, l), 0.0F);
+      sum += field.marginal(v, l);
+    }
+    ASSERT_NEAR(sum, 1, 1e-4);
+  }
+}
+
+TEST(MeanField, OddGraphsGiveProbabilitiesToo) {
+  CrfGraph one_voxel{{{-5, 3, 1 << 24}}, {{0, 0, 0}}, {0}, {0.5F}, 2, 2};
+  expect_probabilities(one_voxel);
+  CrfGraph one_label = sheet_graph({.side = 12, .labels = 1}, 1);
+  expect_probabilities(one_label);
+  CrfGraph one_color = sheet_graph({.side = 12}, 1);
+  std::fill(one_color.colors.begin(), one_color.colors.end(), VoxelColor{255, 255, 255});
+  expect_probabilities(one_color);
+  CrfGraph certain = sheet_graph({.side = 12, .labels = 2}, 1);
+  std::fill(certain.probabilities.begin(), certain.probabilities.end(), 0.999999F);
+  certain.all_labels = 65535;
+  expect_probabilities(certain);
+  CrfGraph far_apart{{{-16'000'000, 0, 0}, {0, 0, 0}}, {{0, 0, 0}, {9, 9, 9}}, {0, 1}, {0.5F, 0.9F}, 2, 2};
+  expect_probabilities(far_apart);
+  CrfGraph labelled_by_others = sheet_graph({.side = 12, .labels = 3}, 1);
+  std::fill(labelled_by_others.labels.begin(), labelled_by_others.labels.end(), CrfGraph::kOtherLabel);
+  labelled_by_others.all_labels = 1000;
+  expect_probabilities(labelled_by_others);
+}
+
+}  // namespace
+}  // namespace panoptic
