@@ -23,8 +23,8 @@ constexpr double kBeat_s = 0.8;  // between two decisions where to look
 constexpr double kRadian = std::numbers::pi / 180;
 constexpr double kTurn_rad = 38 * kRadian;  // per beat, at most
 constexpr double kHead_m = 1.75;            // what is lower can be run into
-constexpr int kMostBeatsAtStop = 5;
-constexpr double kWorthStaying = 1.8;  // weight of new sights for which a person stays another beat
+constexpr int kMostBeatsAtStop = 8;
+constexpr double kWorthStaying = 1.6;  // weight of new sights for which a person stays another beat
 constexpr double kHalfWidth = 0.5;     // of the view that counts as seen, as tangents: a little less than the camera's
 constexpr double kHalfHeight = 0.36;
 
@@ -66,7 +66,7 @@ class Gaze {
           continue;
         }
       } else {
-        beat.along_m = std::min({beat.along_m + kBeat_s * random.uniform(0.5, 0.7), stop_m, length_m});
+        beat.along_m = std::min({beat.along_m + kBeat_s * random.uniform(0.58, 0.72), stop_m, length_m});
       }
       gain = turn(beat);
       beats.push_back(beat);

@@ -110,7 +110,7 @@ Home make_home(const HomeOptions& options, const Catalogue& catalogue) {
     Random random(options.seed, kPurpose, 16 + room);
     RoomLayout layout(plan, room, catalogue, random);
     add_openings(layout, room, leaf_of);
-    furnish(layout, plan.rooms.size() == 1);
+    furnish(layout, plan.rooms);
     for (const Placement& placement : layout.placements()) add_object(catalogue, placement, model_of, home);
   }
   for (std::size_t i = stuff; i < home.scene.objects.size(); ++i) {

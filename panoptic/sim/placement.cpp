@@ -175,20 +175,24 @@ int things_on(RoomLayout& layout, std::string_view role, std::size_t carrier, in
   return placed;
 }
 
-void furnish(RoomLayout& layout, bool is_only_room) {
+void furnish(RoomLayout& layout, const std::vector<Room>& home) {
+  using enum RoomKind;
   const RoomKind kind = layout.room().kind;
-  const bool is_bathroom = kind == RoomKind::kBathroom;
-  const bool is_kitchen = kind == RoomKind::kKitchen;
-  if (!is_bathroom && !is_kitchen) hang_curtains(layout, 0.6);
-  if (is_kitchen || is_only_room) furnish_kitchen(layout);
-  if (is_kitchen) furnish_dining(layout);
-  if (kind == RoomKind::kBedroom || is_only_room) furnish_bedroom(layout);
-  if (kind == RoomKind::kLivingRoom) furnish_living_room(layout);
-  if (kind == RoomKind::kOffice || is_only_room) furnish_office(layout);
-  if (is_bathroom) furnish_bathroom(layout);
+  const auto belongs_here = [&](RoomKind wanted) {
+    const bool has_its_own = std::any_of(home.begin(), home.end(), [&](const Room& room) { return room.kind == wanted; });
+    return kind == wanted || (kind == kLivingRoom && !has_its_own);
+  };
+  const bool is_dry = kind != kBathroom && kind != kKitchen;
+  if (is_dry) hang_curtains(layout, 0.6);
+  if (belongs_here(kKitchen)) furnish_kitchen(layout);
+  if (kind == kKitchen) furnish_dining(layout);
+  if (belongs_here(kBedroom)) furnish_bedroom(layout);
+  if (kind == kLivingRoom) furnish_living_room(layout);
+  if (kind == kOffice || (belongs_here(kOffice) && layout.random().chance(0.7))) furnish_office(layout);
+  if (kind == kBathroom) furnish_bathroom(layout);
   add_radiators(layout);
-  if (!is_bathroom) hang_curtains(layout, 0.5);
-  hang_pictures(layout, is_bathroom ? layout.random().integer(0, 1) : layout.random().integer(1, 3));
+  if (kind != kBathroom) hang_curtains(layout, 0.5);
+  hang_pictures(layout, kind == kBathroom ? layout.random().integer(0, 1) : layout.random().integer(1, 3));
 }
 
 }  // namespace panoptic

@@ -8,8 +8,8 @@
 
 namespace panoptic {
 
-// Everything that makes the room what its kind says; a home of one room gets all of it.
-void furnish(RoomLayout& layout, bool is_only_room);
+// Everything that makes the room what its kind says. A living room also takes what the home has no room of its own for.
+void furnish(RoomLayout& layout, const std::vector<Room>& home);
 
 // The building blocks of the rules. All give the index of the placement.
 struct AgainstWall {

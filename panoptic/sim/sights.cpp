@@ -10,8 +10,8 @@ namespace panoptic {
 namespace {
 
 constexpr double kPatch_m = 0.9;
-constexpr double kWallWeight = 0.5;
-constexpr double kFloorWeight = 0.35;
+constexpr double kWallWeight = 0.3;
+constexpr double kFloorWeight = 0.25;
 
 // The room that a spot lies in or, in a wall, next to.
 std::uint32_t room_at(const Home& home, const Eigen::Vector2d& point) {
@@ -78,7 +78,7 @@ std::vector<Sight> sights(const Home& home, const ClearanceMap& clearance) {
 bool is_in_reach(const Sight& sight, const Vec3d& eye) {
   const Vec3d towards_eye = eye - sight.point;
   const double distance_m = towards_eye.norm();
-  return distance_m > 0.6 && distance_m < 3.0 && towards_eye.dot(sight.normal) > 0.3 * distance_m;
+  return distance_m > 0.75 && distance_m < 3.0 && towards_eye.dot(sight.normal) > 0.3 * distance_m;
 }
 
 ClearanceMap walking_clearance(const Home& home, double head_m) {

@@ -14,9 +14,9 @@ namespace {
 constexpr double kEye_m = 1.45;
 constexpr double kComfort_m = 0.6;   // nearer to furniture than this the way is dearer
 constexpr double kSpacing_m = 0.35;  // between places that are considered for looking around
-constexpr double kEnough = 2.2;      // what a further stop must show, in weights of sights
+constexpr double kEnough = 2.0;      // what a further stop must show, in weights of sights
 constexpr int kMostStops = 6;        // per room
-constexpr int kSmoothings = 60;
+constexpr int kSmoothings = 150;
 
 // Cheapest ways from one cell to all others, and back along them.
 struct WaysFrom {

@@ -22,7 +22,7 @@ struct Sight {
 // What there is to see: the sides and tops of things, walls and floors in patches.
 std::vector<Sight> sights(const Home& home, const ClearanceMap& clearance);
 
-// Whether the sight is seen well from an eye in its room: 0.6 to 3 m away and not too obliquely.
+// Whether the sight is seen well from an eye in its room: 0.75 to 3 m away and not too obliquely.
 bool is_in_reach(const Sight& sight, const Vec3d& eye);
 
 // Distances from walls and from all furniture below `head_m`.
