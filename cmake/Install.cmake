@@ -6,7 +6,7 @@
 include(CMakePackageConfigHelpers)
 
 set(_package ${CMAKE_INSTALL_LIBDIR}/cmake/panoptic)
-set(_layers base data map fusion io predict sim eval session)
+set(_layers base data map fusion io predict sim eval session benchmark)
 list(TRANSFORM _layers PREPEND panoptic_)
 install(TARGETS ${_layers} panoptic_all EXPORT panopticTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT panopticTargets NAMESPACE panoptic:: DESTINATION ${_package})

@@ -12,12 +12,13 @@
 int main(int argc, char** argv) try {
   if (argc != 4) return std::fprintf(stderr, "usage: %s OPTIONS.toml RECORDING SCENE.glb\n", argv[0]), 2;
   const auto options = panoptic::load_options(argv[1]);
-  const auto dataset = panoptic::open_recording(argv[2]);
+  const auto dataset = panoptic::open_dataset(argv[2]);
   const auto predictor = panoptic::make_predictor(options);
   panoptic::Session session(options, panoptic::labels_of(options, predictor.get()));
   for (const panoptic::Frame& frame : *dataset) {
     session.add(frame, predictor ? predictor->predict(frame) : panoptic::Segmentation{});
   }
+  session.regularize();
   panoptic::write_glb(argv[3], session.mesh(), session.labels());
   return 0;
 } catch (const panoptic::Error& error) {

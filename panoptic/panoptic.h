@@ -12,7 +12,7 @@
 #include "panoptic/data/mesh.h"
 #include "panoptic/data/object_shapes.h"
 #include "panoptic/data/segmentation.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/session/open_dataset.h"
 #include "panoptic/io/glb.h"
 #include "panoptic/io/mesh_io.h"
 #include "panoptic/io/views.h"

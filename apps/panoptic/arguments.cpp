@@ -100,6 +100,11 @@ Arguments parse_arguments(int argc, char** argv) {
 
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
 
+  CLI::App* benchmark = app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts");
+  benchmark->add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
+  benchmark->add_option("-o,--output", a.output, "folder for report.md, report.json and charts")->required();
+  benchmark->add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+
   app.add_subcommand("options", "list every option with its default, range and meaning");
 
   try {

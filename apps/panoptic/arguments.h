@@ -50,6 +50,8 @@ struct Arguments {
   std::string submission;
   std::string category_map;
   std::string variant = "pq-scannet20";
+  // benchmark
+  bool quick = false;
 };
 
 // Prints help or the version when asked. Throws UsageError.

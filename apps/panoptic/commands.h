@@ -13,6 +13,7 @@ int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
 int evaluate(const Arguments& arguments);
 int simulate(const Arguments& arguments);
+int benchmark(const Arguments& arguments);
 
 // What to say where std::bad_alloc ends.
 constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";

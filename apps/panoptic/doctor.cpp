@@ -10,13 +10,13 @@
 #include "apps/panoptic/commands.h"
 #include "panoptic/base/error.h"
 #include "panoptic/base/parallel.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/session/open_dataset.h"
 
 namespace panoptic {
 
 int doctor(const Arguments& arguments) {
   set_thread_count(arguments.threads);
-  const auto dataset = open_recording(arguments.dataset, arguments.calibration);
+  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
   const DoctorReport report = diagnose(*dataset);
   fmt::print("{}\n{}", dataset->description(), to_text(report));
   const auto failed = std::count_if(report.checks.begin(), report.checks.end(),

@@ -16,6 +16,7 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "doctor") return panoptic::doctor(arguments);
   if (arguments.command == "eval") return panoptic::evaluate(arguments);
   if (arguments.command == "simulate") return panoptic::simulate(arguments);
+  if (arguments.command == "benchmark") return panoptic::benchmark(arguments);
   if (arguments.command == "options") {
     panoptic::Options options;
     fmt::print("{}", panoptic::describe(panoptic::fields(options)));

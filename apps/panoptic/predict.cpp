@@ -7,7 +7,7 @@
 #include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/session/open_dataset.h"
 #include "panoptic/predict/prediction_io.h"
 #include "panoptic/session/session.h"
 
@@ -22,7 +22,7 @@ int predict(const Arguments& arguments) {
   }
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const auto dataset = open_recording(arguments.dataset, arguments.calibration);
+  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
   const auto predictor = make_predictor(options);
   PredictionWriter writer(arguments.output, predictor->labels(), networks_text(options.networks));
 

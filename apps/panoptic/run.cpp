@@ -11,7 +11,7 @@
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/session/open_dataset.h"
 #include "panoptic/session/outputs.h"
 #include "panoptic/session/session.h"
 
@@ -68,6 +68,7 @@ std::string map_recording(const Dataset& dataset, FrameRange range, Run& run) {
   Progress progress("frames", range.count(dataset.size()));
   try {
     map_frames(stream, run, progress);
+    run.session.regularize();
   } catch (const std::bad_alloc&) {
     failure = kOutOfMemory;
   } catch (const std::exception& e) {
@@ -153,7 +154,7 @@ int run(const Arguments& arguments) {
   const Options options = options_from(arguments);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const auto dataset = open_recording(arguments.dataset, arguments.calibration);
+  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
   const auto predictor = make_predictor(options);
   Session session(options, labels_of(options, predictor.get()));
   watch_for_interrupt();

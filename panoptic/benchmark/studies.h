@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which questions the benchmark asks: homes, settings, and groups of settings that answer one question each.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "panoptic/benchmark/chart.h"
+#include "panoptic/benchmark/experiment.h"
+
+namespace panoptic {
+
+// What a chart of a group shows besides the table.
+enum class Measure : std::uint8_t { kPq, kPqAndTime };
+
+struct Group {
+  std::string title;
+  std::string question;
+  ChartKind chart = ChartKind::kBars;
+  Measure measure = Measure::kPq;
+  std::vector<std::string> settings;  // names; a setting may answer several questions
+};
+
+struct Study {
+  Experiment experiment;
+  std::vector<Group> groups;
+};
+
+// Every question on five homes: seeds 1 to 5, four rooms each.
+Study full_study();
+
+// The masks, the regularizer and the two ends of the error budget on one small home: for every change of the code.
+Study quick_study();
+
+}  // namespace panoptic

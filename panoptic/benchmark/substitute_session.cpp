@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/benchmark/substitute_session.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/fusion/reference_labels.h"
+
+namespace panoptic {
+namespace {
+
+// The true thing that most pixels of each segment show; 0 where most show none.
+std::vector<std::uint16_t> majority_instances(const RegisteredFrame& registered, std::size_t segment_count,
+                                              const Image<std::uint16_t>& true_instance) {
+  std::vector<std::map<std::uint16_t, std::size_t>> counts(segment_count);
+  for (std::size_t i = 0; i < registered.pixel_count(); ++i) {
+    const std::uint16_t segment = registered.segment[i];
+    if (segment != 0 && segment != RegisteredFrame::kNoSegment) ++counts[segment - 1U][true_instance[i]];
+  }
+  std::vector<std::uint16_t> result(segment_count, 0);
+  for (std::size_t s = 0; s < segment_count; ++s) {
+    const auto most = std::ranges::max_element(counts[s], {}, [](const auto& entry) { return entry.second; });
+    if (most != counts[s].end()) result[s] = most->first;
+  }
+  return result;
+}
+
+}  // namespace
+
+SubstituteSession::SubstituteSession(const Options& options, LabelSet labels, Substitutes substitutes)
+    : labels_(std::move(labels)),
+      substitutes_(substitutes),
+      map_(options.map),
+      objects_(labels_.first_thing()),
+      registration_(options.depth),
+      tracker_(options.tracker, labels_),
+      integrator_(options.integrator, map_),
+      mesher_(options.mesher),
+      votes_(map_.voxel_size_m()) {}
+
+void SubstituteSession::add(const Frame& frame, const Segmentation& segmentation, const Image<std::uint16_t>& true_instance) {
+  PANOPTIC_ASSERT(true_instance.same_size(frame.depth.width(), frame.depth.height()));
+  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+  const RegisteredFrame& registered = registration_.apply(frame, segmentation);
+  if (registered.readings == 0) return;
+  const std::vector<PanopticId>* ids = nullptr;
+  if (substitutes_.tracking) {
+    ids = &assign_truth(registered, segmentation.segments, true_instance, frame.index);
+  } else {
+    reference_labels(map_, frame, registered, reference_);
+    ids = &tracker_.assign(registered, segmentation.segments, reference_, frame.index, objects_);
+  }
+  integrator_.integrate(frame, registered, *ids, map_);
+  if (substitutes_.storage) votes_.add(frame, registered, *ids);
+}
+
+const std::vector<PanopticId>& SubstituteSession::assign_truth(const RegisteredFrame& registered,
+                                                               std::span<const Segment> segments,
+                                                               const Image<std::uint16_t>& true_instance, std::int64_t frame) {
+  const auto instances = majority_instances(registered, segments.size(), true_instance);
+  std::vector<PanopticId> id_of(segments.size(), PanopticId::kUnknown);
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    if (labels_.is_stuff(segments[s].class_id)) {
+      id_of[s] = LabelSet::stuff(segments[s].class_id);
+    } else if (instances[s] != 0) {
+      id_of[s] = object_of(instances[s]);
+      if (id_of[s] != PanopticId::kUnknown) objects_.observe(id_of[s], segments[s], frame);
+    }
+  }
+  assigned_.assign(registered.segment.size(), PanopticId::kNoVote);
+  for (std::size_t i = 0; i < registered.pixel_count(); ++i) {
+    const std::uint16_t segment = registered.segment[i];
+    if (segment == RegisteredFrame::kNoSegment) continue;
+    assigned_[i] = segment == 0 ? PanopticId::kUnknown : id_of[segment - 1U];
+  }
+  return assigned_;
+}
+
+PanopticId SubstituteSession::object_of(std::uint16_t true_instance) {
+  const auto [entry, is_new] = object_of_instance_.try_emplace(true_instance, PanopticId::kUnknown);
+  if (is_new || objects_.find(entry->second) == nullptr) entry->second = objects_.create().value_or(PanopticId::kUnknown);
+  return entry->second;
+}
+
+Mesh SubstituteSession::mesh() {
+  mesher_.update(map_);
+  Mesh mesh = mesher_.assemble(map_, objects_, labels_);
+  if (!substitutes_.storage) return mesh;
+  for (MeshVertex& vertex : mesh.vertices) {
+    vertex.panoptic_id = votes_.winner(vertex.position).value_or(vertex.panoptic_id);
+    vertex.class_id = labels_.is_object(vertex.panoptic_id) ? objects_.class_of(vertex.panoptic_id)
+                                                            : static_cast<ClassId>(number(vertex.panoptic_id));
+  }
+  return mesh;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/benchmark/substitute_session.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "panoptic/session/session.h"
+#include "panoptic/sim/prediction_noise.h"
+
+namespace panoptic {
+namespace {
+
+// One room, filmed once for all tests here.
+class SubstituteSessionTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const Simulation simulation(parse_simulation("sim:3,rooms=1,frames=12"));
+    labels = load_label_set("scannet20");
+    for (std::size_t i = 0; i < simulation.size(); ++i) {
+      frames.push_back(simulation.simulate(i));
+      masks.push_back(predict_with_noise(prediction_noise_preset("maskrcnn"), 3, frames.back(), labels));
+    }
+  }
+  static void TearDownTestSuite() {
+    frames.clear();
+    masks.clear();
+  }
+
+  static void map(SubstituteSession& session) {
+    for (std::size_t i = 0; i < frames.size(); ++i) session.add(frames[i].frame, masks[i], frames[i].rendering.instance);
+  }
+
+  static Options without_regularizer() {
+    Options options;
+    options.regularizer.enabled = false;
+    return options;
+  }
+
+  inline static std::vector<SimulatedFrame> frames;
+  inline static std::vector<Segmentation> masks;
+  inline static LabelSet labels;
+};
+
+TEST_F(SubstituteSessionTest, WithoutSubstitutesTheMapIsTheSessions) {
+  Session session(without_regularizer(), labels);
+  for (std::size_t i = 0; i < frames.size(); ++i) ASSERT_EQ(session.add(frames[i].frame, masks[i]), std::nullopt);
+  SubstituteSession substitute(without_regularizer(), labels, {});
+  map(substitute);
+  ASSERT_GT(session.objects().count(), 3U);
+  EXPECT_EQ(session.map().hash(), substitute.map().hash());
+  EXPECT_EQ(session.objects().count(), substitute.objects().count());
+}
+
+TEST_F(SubstituteSessionTest, TrueTrackingMakesAtMostOneObjectPerThing) {
+  SubstituteSession substitute(without_regularizer(), labels, {.tracking = true});
+  map(substitute);
+  std::set<std::uint16_t> things;
+  for (const SimulatedFrame& frame : frames) {
+    for (const std::uint16_t instance : frame.rendering.instance.pixels()) things.insert(instance);
+  }
+  things.erase(0);
+  EXPECT_GT(substitute.objects().count(), 3U);
+  EXPECT_LE(substitute.objects().count(), things.size());
+}
+
+TEST_F(SubstituteSessionTest, CountingAllVotesChangesLabelsButNotTheSurface) {
+  SubstituteSession one_slot(without_regularizer(), labels, {});
+  SubstituteSession all_votes(without_regularizer(), labels, {.storage = true});
+  map(one_slot);
+  map(all_votes);
+  EXPECT_EQ(one_slot.map().hash(), all_votes.map().hash());
+  const Mesh slots = one_slot.mesh();
+  const Mesh votes = all_votes.mesh();
+  ASSERT_EQ(slots.vertices.size(), votes.vertices.size());
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < slots.vertices.size(); ++i) {
+    different += slots.vertices[i].panoptic_id != votes.vertices[i].panoptic_id ? 1 : 0;
+  }
+  EXPECT_GT(different, 0U);
+  EXPECT_LT(different, slots.vertices.size() / 4);
+}
+
+}  // namespace
+}  // namespace panoptic
