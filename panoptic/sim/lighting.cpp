@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "panoptic/base/error.h"
@@ -15,7 +14,6 @@ namespace panoptic {
 namespace {
 
 constexpr float kLatticeStep_m = 0.05F;  // sun patches and the shadows below furniture are that sharp
-constexpr float kCreaseCosine = 0.75F;   // faces that meet flatter than about 40 degrees are one curved surface
 constexpr float kLift_m = 0.002F;        // rays start above their surface
 constexpr float kScatterReach_m = 1.5F;  // beyond it nothing darkens a place
 constexpr float kScattered = 0.5F;       // light from everywhere in a room, with nothing near
@@ -37,11 +35,6 @@ std::uint64_t packed(const Vec3f& light, bool is_hidden) {
 }
 
 Vec3f facing(const Vec3f& normal, const Vec3f& towards) { return normal.dot(towards) < 0 ? Vec3f(-normal) : normal; }
-
-Vec3f unit(const Vec3f& v) {
-  const float length = v.norm();
-  return length > 0 ? Vec3f(v / length) : Vec3f(Vec3f::UnitZ());
-}
 
 Vec3f any_across(const Vec3f& normal) {
   return unit(normal.cross(std::abs(normal.z()) < 0.9F ? Vec3f(Vec3f::UnitZ()) : Vec3f(Vec3f::UnitX())));
@@ -73,25 +66,6 @@ Vec3d plane_weights(const std::array<Vec3d, 3>& corners, const Vec3d& p) {
   return {1 - uv.x() - uv.y(), uv.x(), uv.y()};
 }
 
-using Key = std::array<float, 3>;
-Key key_of(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
-
-// Twice the area times the unit normal.
-Vec3f area_normal(const Model& model, const std::array<std::uint32_t, 3>& triangle) {
-  const auto& [a, b, c] = triangle;
-  return (model.positions[b] - model.positions[a]).cross(model.positions[c] - model.positions[a]);
-}
-
-// Numbers for equal positions: models repeat a position where texture coordinates differ.
-std::vector<std::uint32_t> position_numbers(const Model& model) {
-  std::map<Key, std::uint32_t> number_of;
-  std::vector<std::uint32_t> numbers;
-  for (const Vec3f& position : model.positions) {
-    numbers.push_back(number_of.emplace(key_of(position), static_cast<std::uint32_t>(number_of.size())).first->second);
-  }
-  return numbers;
-}
-
 }  // namespace
 
 Lighting::Light Lighting::unpacked(std::uint64_t bits) {
@@ -109,42 +83,6 @@ Vec3f Lighting::mean(std::initializer_list<Share> shares) {
     weights += weight;
   }
   return weights > 0 ? Vec3f(sum / weights) : Vec3f(Vec3f::Zero());
-}
-
-Lighting::ModelPlaces Lighting::places_of(const Model& model) {
-  constexpr std::size_t kMostNeighbours = 64;  // the tip of a cone with 10,000 faces needs no more
-  const std::vector<std::uint32_t> number_at = position_numbers(model);
-  std::vector<std::vector<std::uint32_t>> faces_at(model.positions.size());
-  std::vector<Vec3f> area_normals;
-  for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
-    area_normals.push_back(area_normal(model, model.triangles[t]));
-    for (const std::uint32_t corner : model.triangles[t]) {
-      auto& faces = faces_at[number_at[corner]];
-      if (faces.size() < kMostNeighbours) faces.push_back(t);
-    }
-  }
-  ModelPlaces places;
-  std::map<std::array<std::int32_t, 4>, std::uint32_t> place_of;  // position and roughly the normal
-  for (std::size_t t = 0; t < model.triangles.size(); ++t) {
-    const Vec3f own = unit(area_normals[t]);
-    auto& normals = places.normals.emplace_back();
-    auto& corner_at = places.corner_at.emplace_back();
-    for (int i = 0; i < 3; ++i) {
-      const std::uint32_t number = number_at[model.triangles[t][i]];
-      Vec3f sum = area_normals[t];
-      for (const std::uint32_t other : faces_at[number]) {
-        const float cosine = unit(area_normals[other]).dot(own);
-        if (other != t && std::abs(cosine) > kCreaseCosine) sum += cosine < 0 ? Vec3f(-area_normals[other]) : area_normals[other];
-      }
-      normals[i] = unit(sum);
-      const Eigen::Vector3i rough = (normals[i] * 8).array().round().cast<int>();
-      const std::array<std::int32_t, 4> key{static_cast<std::int32_t>(number), rough.x(), rough.y(), rough.z()};
-      const auto [place, is_new] = place_of.emplace(key, static_cast<std::uint32_t>(places.owners.size()));
-      if (is_new) places.owners.push_back({static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(i)});
-      corner_at[i] = place->second;
-    }
-  }
-  return places;
 }
 
 Lighting::Lighting(const Scene& scene, const Surfaces& surfaces, const RayTracer& tracer, std::vector<Vec3f> albedos)
@@ -309,7 +247,7 @@ Lighting::Light Lighting::scattered(const Place& place, const Vec3f& origin) con
   RayPacket rays;
   rays.origin = origin;
   rays.max_distance = kScatterReach_m;
-  PacketHits hits;
+  PacketHits hits{};
   for (int begin = 0; begin < kScatterRays; begin += kPacketRays) {
     for (int i = 0; i < kPacketRays; ++i) {
       const Vec3f& local = scatter_directions()[begin + i];

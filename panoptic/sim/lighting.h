@@ -13,6 +13,7 @@
 #include <memory>
 #include <vector>
 
+#include "panoptic/sim/model_places.h"
 #include "panoptic/sim/ray_tracer.h"
 #include "panoptic/sim/scene.h"
 #include "panoptic/sim/surfaces.h"
@@ -46,21 +47,15 @@ class Lighting {
     Eigen::Vector2f along_u = Eigen::Vector2f::Zero();
     Eigen::Vector2f along_v = Eigen::Vector2f::Zero();
   };
-  // What objects of the same model share.
-  struct ModelPlaces {
-    std::vector<std::array<Vec3f, 3>> normals;            // per triangle and corner, smoothed, in the model's frame
-    std::vector<std::array<std::uint32_t, 3>> corner_at;  // place of every corner, from the object's first
-    std::vector<std::array<std::uint32_t, 2>> owners;     // triangle and corner that stand for each place
-  };
   // Places that something touches from outside are hidden (weight 0): else they would darken what can be seen beside it.
   struct Light {
-    Vec3f rgb;
-    float weight;
+    Vec3f rgb = Vec3f::Zero();
+    float weight = 0;
   };
   // A node of a lattice or a corner, and how much of its light arrives in between.
   struct Share {
     Light light;
-    float share;
+    float share = 0;
   };
   struct Place {
     Vec3f point;
@@ -68,7 +63,6 @@ class Lighting {
     Vec3f surface;  // the same of the triangle itself
   };
 
-  static ModelPlaces places_of(const Model& model);
   static Light unpacked(std::uint64_t bits);
   static Vec3f mean(std::initializer_list<Share> shares);
   void add_lattice(std::uint32_t triangle);

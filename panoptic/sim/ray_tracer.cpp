@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "panoptic/base/error.h"
 
@@ -26,8 +25,8 @@ void check(RTCDevice device) {
 
 template <typename Item>
 void fill_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, const std::vector<Item>& items) {
-  void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(Item), items.size());
-  if (buffer != nullptr) std::memcpy(buffer, items.data(), sizeof(Item) * items.size());
+  auto* buffer = static_cast<Item*>(rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(Item), items.size()));
+  if (buffer != nullptr) std::copy(items.begin(), items.end(), buffer);
 }
 
 struct Query {
@@ -100,10 +99,10 @@ RayTracer::RayTracer(const Surfaces& surfaces) : state_(std::make_unique<State>(
 RayTracer::~RayTracer() = default;
 
 void RayTracer::trace(const RayPacket& rays, PacketHits& hits) const {
-  RTCIntersectContext context;
+  RTCIntersectContext context{};
   rtcInitIntersectContext(&context);
   context.flags = rays.coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-  RTCRayHit16 packet;
+  RTCRayHit16 packet;  // NOLINT(cppcoreguidelines-pro-type-member-init): hot; what is read is set
   for (int i = 0; i < kPacketRays; ++i) {
     packet.ray.org_x[i] = rays.origin.x();
     packet.ray.org_y[i] = rays.origin.y();
@@ -131,7 +130,7 @@ void RayTracer::trace(const RayPacket& rays, PacketHits& hits) const {
 }
 
 RayHit RayTracer::trace(const Vec3f& origin, const Vec3f& direction, float max_distance) const {
-  RTCIntersectContext context;
+  RTCIntersectContext context{};
   rtcInitIntersectContext(&context);
   RTCRayHit ray{};
   ray.ray.org_x = origin.x();
@@ -156,7 +155,7 @@ std::optional<NearestTriangle> RayTracer::nearest(const Vec3d& p, double max_m) 
   search.z = static_cast<float>(p.z());
   // The single-precision centre is a little off: by less than this for a home.
   search.radius = static_cast<float>(max_m * (1 + 1e-6) + 1e-5);
-  RTCPointQueryContext context;
+  RTCPointQueryContext context{};
   rtcInitPointQueryContext(&context);
   Query query{state_->surfaces, p, max_m * max_m};
   rtcPointQuery(state_->scene, &search, &context, visit_triangle, &query);

@@ -150,7 +150,7 @@ void Renderer::State::render_tile(const PixelRays& pixels, int u0, int v0, Rende
     rays.y[i] = direction.y();
     rays.z[i] = direction.z();
   }
-  PacketHits hits;
+  PacketHits hits{};
   tracer.trace(rays, hits);
   for (int i = 0; i < kPacketRays; ++i) {
     const int u = u0 + i % kTileWidth;

@@ -39,6 +39,8 @@ class Simulation : public Dataset {
   // Throws Error (package missing, options out of range).
   explicit Simulation(const SimulationOptions& options);
   ~Simulation() override;
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
 
   std::string description() const override;
   std::size_t size() const override;

@@ -61,6 +61,11 @@ double squared_distance_at(const std::array<Vec3d, 3>& corners, const Vec3d& wei
 
 }  // namespace
 
+Vec3f unit(const Vec3f& v) {
+  const float length = v.norm();
+  return length > 0 ? Vec3f(v / length) : Vec3f(Vec3f::UnitZ());
+}
+
 Vec3f world_point(const SceneObject& object, const Vec3f& model_point) {
   const Vec3d scaled = model_point.cwiseProduct(object.scale).cast<double>();
   return (object.world_from_object * scaled).cast<float>();

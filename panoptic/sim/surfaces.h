@@ -34,6 +34,9 @@ Surfaces flatten(const Scene& scene);
 // The linear map of an object's normals (not of unit length) to the world's: the inverse transpose of its scale and rotation.
 Eigen::Matrix3f world_from_object_normal(const SceneObject& object);
 
+// Of length one; straight up where v is zero.
+Vec3f unit(const Vec3f& v);
+
 Vec3f world_point(const SceneObject& object, const Vec3f& model_point);
 
 // The point of the triangle (as weights of its corners, summing to one) that is nearest to p. A triangle without area is a
