@@ -66,8 +66,7 @@ bool is_listed(std::size_t c, const Scores& scores) {
 }
 
 Json to_json(const PqVariant& v) {
-  return {{"name", v.name},
-          {"min_true_thing_vertices", v.min_true_thing},
+  return {{"min_true_thing_vertices", v.min_true_thing},
           {"min_predicted_thing_vertices", v.min_predicted_thing},
           {"one_segment_per_stuff_class", v.merge_stuff},
           {"averages", v.average_true_only ? "classes with ground truth" : "classes with ground truth or predictions"},
@@ -78,7 +77,8 @@ void put_panoptic(const PanopticScores& panoptic, Json& json) {
   for (const Column& column : panoptic_columns(panoptic)) {
     json[column.name] = {{"all", value_of(column.all)}, {"things", value_of(column.things)}, {"stuff", value_of(column.stuff)}};
   }
-  json["variant"] = to_json(panoptic.variant);
+  json["variant"] = panoptic.variant.name;
+  json["rules"] = to_json(panoptic.variant);
 }
 
 Json to_json(const SurfaceScores& surface) {

@@ -12,7 +12,7 @@
 namespace panoptic {
 
 // Keys of what was evaluated: `miou`; `ap`, `ap50`, `ap25`, `class_agnostic`; `pq`, `sq`, `rq` (each {all, things, stuff}),
-// `variant`, `pq_variants`; `surface`; `coverage`, `scenes`, `per_class` by class name. Undefined is null.
+// `variant`, `rules`, `pq_variants`; `surface`; `coverage`, `scenes`, `per_class` by class name. Undefined is null.
 Json to_json(const Scores& scores);
 
 // One line per class; undefined is nan. Instance scores alone give the benchmark's own header.

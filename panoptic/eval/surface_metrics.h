@@ -31,9 +31,9 @@ struct ThresholdScores {
 };
 
 struct SurfaceScores {
-  double accuracy_m = 0;              // mean distance from the map's points to the truth
-  double completion_m = 0;            // mean distance from the truth's points to the map
-  std::array<ThresholdScores, 2> at;  // 5 cm, 2.5 cm
+  std::optional<double> accuracy_m;    // mean distance from the map's points to the truth; nothing without a surface
+  std::optional<double> completion_m;  // mean distance from the truth's points to the map
+  std::array<ThresholdScores, 2> at;   // 5 cm, 2.5 cm
 };
 
 class SurfaceMetrics {
