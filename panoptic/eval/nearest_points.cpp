@@ -30,7 +30,8 @@ struct Nearest {
   double squared_m2 = std::numeric_limits<double>::infinity();
   bool found = false;
 
-  // nanoflann offers points that are nearer than this.
+  // nanoflann offers points that are nearer than worstDist().
+  // NOLINTBEGIN(readability-identifier-naming)
   double worstDist() const { return found ? std::nextafter(squared_m2, std::numeric_limits<double>::infinity()) : squared_m2; }
   bool full() const { return found; }
   bool addPoint(double squared, std::uint32_t candidate) {
@@ -41,6 +42,7 @@ struct Nearest {
     }
     return true;
   }
+  // NOLINTEND(readability-identifier-naming)
 };
 
 using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud, double, std::uint32_t>, Cloud, 3,

@@ -56,7 +56,7 @@ std::string scene_in(const fs::path& folder) {
     throw Error(fmt::format("{}: no scan here; expected <scene>{}, <scene>{} and <scene>{}", folder.string(), kMeshSuffix,
                             kSegmentsSuffix, kAggregationSuffix));
   }
-  const std::string own = fs::absolute(folder / "").lexically_normal().parent_path().filename().string();
+  std::string own = fs::absolute(folder / "").lexically_normal().parent_path().filename().string();
   if (std::find(scenes.begin(), scenes.end(), own) != scenes.end()) return own;
   if (scenes.size() > 1)
     throw Error(fmt::format("{}: {} scans in one folder; give the folder of one", folder.string(), scenes.size()));
