@@ -76,7 +76,7 @@ class RoomLayout {
   bool is_free(const FloorRect& area, double low_m, double high_m, std::optional<std::size_t> partner = std::nullopt) const;
 
  private:
-  Placement placement_at(std::size_t furniture, const Stand& stand) const;
+  Placement placement_at(std::size_t index, const Stand& stand) const;
   bool keeps_zones_free(const Placement& placement) const;
   bool keeps_ways(const Placement& placement) const;
   void block(const FloorRect& rect, std::vector<char>& blocked) const;
