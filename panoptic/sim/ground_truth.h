@@ -23,7 +23,7 @@ class TruthBuilder {
  public:
   TruthBuilder();
 
-  void add(const SimulatedFrame& frame);
+  void add(const SimulatedFrame& simulated);
 
   // Meshes what was seen and asks the scene what each vertex is: kUnknown and instance 0 where no surface lies within 5 cm.
   ScanTruth finish(const Simulation& simulation) const;

@@ -8,6 +8,7 @@
 #include <array>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
@@ -89,8 +90,8 @@ ExportedFrame make_frame(const Simulation& simulation, const ExportOptions& opti
   return frame;
 }
 
-ScanWriter::ScanWriter(const std::filesystem::path& folder, const Simulation& simulation, const ExportOptions& options)
-    : folder_(folder),
+ScanWriter::ScanWriter(std::filesystem::path folder, const Simulation& simulation, const ExportOptions& options)
+    : folder_(std::move(folder)),
       simulation_(simulation),
       scene_(scene_name(simulation.options().seed)),
       sens_(stem(".sens"), simulation.camera()),

@@ -36,7 +36,7 @@ ExportedFrame make_frame(const Simulation& simulation, const ExportOptions& opti
 // In the order of the frames, one thread at a time.
 class ScanWriter {
  public:
-  ScanWriter(const std::filesystem::path& folder, const Simulation& simulation, const ExportOptions& options);
+  ScanWriter(std::filesystem::path folder, const Simulation& simulation, const ExportOptions& options);
 
   void write(const ExportedFrame& frame);
   void finish();
