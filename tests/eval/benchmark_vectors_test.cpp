@@ -73,7 +73,7 @@ TEST(BenchmarkVectors, GiveTheInstanceScoresOfThePublicEvaluator) {
     for (std::size_t c = 0; c < kBenchmarkClassCount; ++c) {
       const std::string id = std::to_string(number(benchmark_classes()[c].id));
       if (defined.contains(id)) {
-        expect_ap(scores.classes[c], defined[id], name + " class " + id);
+        expect_ap(scores.classes[c], defined[id], fmt::format("{} class {}", name, id));
       } else {
         EXPECT_EQ(scores.classes[c], ApScores{}) << name << " class " << id;
       }

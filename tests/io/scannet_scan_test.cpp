@@ -51,7 +51,7 @@ ScanTruth small_scan() {
 
 // A PLY file from header lines and raw bytes.
 fs::path write_mesh(const std::string& header, const std::string& data) {
-  const fs::path path = fresh_folder("ply") / "mesh.ply";
+  fs::path path = fresh_folder("ply") / "mesh.ply";
   std::ofstream(path, std::ios::binary) << "ply\nformat binary_little_endian 1.0\n" << header << "end_header\n" << data;
   return path;
 }
