@@ -9,14 +9,15 @@
 
 #include "panoptic/base/clones.h"
 #include "panoptic/fusion/fast_exp.h"
+#include "panoptic/fusion/lanes.h"
 
 namespace panoptic {
 namespace {
 
 // Pairs whose weight is below e^-kFarthest are left out.
-constexpr float kFarthest = 7.0F;
+constexpr float kFarthest = 5.0F;
 // A voxel joins a cluster whose first voxel's colour is nearer than this share of theta_beta.
-constexpr float kSameColor = 0.5F;
+constexpr float kSameColor = 1.0F;
 
 std::int32_t floor_divide(std::int32_t a, std::int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }
 
@@ -46,32 +47,41 @@ struct ColorFilter::Centers {
   std::array<std::vector<float>, 6> axes;  // x y z red green blue
 };
 
+// Clusters that may be within reach, side by side.
+struct Candidates {
+  std::array<std::vector<float>, 6> axes;
+  std::vector<std::uint32_t> clusters;
+
+  std::size_t count() const { return clusters.size(); }
+};
+
 // External linkage on purpose: GCC's target_clones need it.
 namespace kernels {
 
-void pair_weights(const std::array<const float*, 6>& axes, const std::array<float, 6>& center, std::size_t count, float* weights);
+void pair_weights(const Candidates& candidates, const std::array<float, 6>& center, float* weights);
 void sum_pairs_8(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
 void sum_pairs_16(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
 
 PANOPTIC_CLONES
-void pair_weights(const std::array<const float*, 6>& axes, const std::array<float, 6>& center, std::size_t count,
-                  float* weights) {
-  for (std::size_t i = 0; i < count; ++i) {
-    float squares = 0;
-    for (std::size_t a = 0; a < 6; ++a) squares += (axes[a][i] - center[a]) * (axes[a][i] - center[a]);
-    weights[i] = squares < kFarthest ? fast_exp(-squares) : 0.0F;
+void pair_weights(const Candidates& candidates, const std::array<float, 6>& center, float* weights) {
+  const std::size_t count = candidates.count();
+  std::fill(weights, weights + count, 0.0F);
+  for (std::size_t a = 0; a < 6; ++a) {
+    const float* axis = candidates.axes[a].data();
+    const float middle = center[a];
+    for (std::size_t i = 0; i < count; ++i) weights[i] += (axis[i] - middle) * (axis[i] - middle);
   }
+  for (std::size_t i = 0; i < count; ++i) weights[i] = fast_exp(-weights[i]);
 }
 
-template <int kWidth>
+template <std::size_t kWidth>
 [[gnu::always_inline]] inline void sum_pairs(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
-  float total[kWidth] = {};
+  LaneRow<kWidth> total;
+  total.clear();
   for (std::size_t i = 0; i < count; ++i) {
-    const float* from = sums + std::size_t{pairs[2 * i]} * kWidth;
-    const float weight = std::bit_cast<float>(pairs[2 * i + 1]);
-    for (int c = 0; c < kWidth; ++c) total[c] += weight * from[c];
+    total.add(std::bit_cast<float>(pairs[2 * i + 1]), sums + std::size_t{pairs[2 * i]} * kWidth);
   }
-  for (int c = 0; c < kWidth; ++c) out[c] = total[c];
+  total.store(out);
 }
 
 PANOPTIC_CLONES
@@ -148,37 +158,54 @@ void ColorFilter::form_clusters(std::span<const GridPoint> points, std::span<con
   centers.first_of.push_back(static_cast<std::uint32_t>(member_ends_.size()));
 }
 
-void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const Ranges& ranges) {
-  const auto reach = static_cast<std::int32_t>(std::ceil(reach_cells));
+// The clusters of the cells within reach of a cell.
+void ColorFilter::collect(const Centers& centers, GridPoint at, float reach_cells, Candidates& candidates) {
+  // Clusters within the reach lie in cells at most one cell farther apart.
+  const auto squared_reach = static_cast<std::int32_t>((reach_cells + 1) * (reach_cells + 1));
+  const auto reach = static_cast<std::int32_t>(reach_cells + 1);
   const GridPoint size = centers.cells.box().size;
+  for (auto& axis : candidates.axes) axis.clear();
+  candidates.clusters.clear();
+  for (std::int32_t z = std::max(0, at.z - reach); z <= std::min(size.z - 1, at.z + reach); ++z) {
+    for (std::int32_t y = std::max(0, at.y - reach); y <= std::min(size.y - 1, at.y + reach); ++y) {
+      const std::int32_t left = squared_reach - (z - at.z) * (z - at.z) - (y - at.y) * (y - at.y);
+      if (left < 0) continue;
+      const auto across = static_cast<std::int32_t>(std::sqrt(static_cast<float>(left)));
+      const GridPoint low{std::max(0, at.x - across), y, z};
+      const GridPoint high{std::min(size.x - 1, at.x + across), y, z};
+      // The cells of a row are numbered one after the other, and so are their clusters.
+      const std::uint32_t first = centers.first_of[centers.cells.rank(low)];
+      const std::uint32_t past = centers.first_of[centers.cells.rank(high) + (centers.cells.contains(high) ? 1U : 0U)];
+      for (std::size_t a = 0; a < 6; ++a) {
+        candidates.axes[a].insert(candidates.axes[a].end(), centers.axes[a].begin() + first, centers.axes[a].begin() + past);
+      }
+      for (std::uint32_t c = first; c < past; ++c) candidates.clusters.push_back(c);
+    }
+  }
+}
+
+void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const Ranges& ranges) {
   pairs_.resize((cluster_count() + kGrain - 1) / kGrain);
   ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     Pairs& piece = pairs_[begin / kGrain];
+    Candidates candidates;
     std::vector<float> weights;
+    std::vector<Pair> found;
+    const float least = std::exp(-kFarthest);
     for (std::size_t c = begin; c < end; ++c) {
-      const GridPoint at = centers.cell_of[c];
+      if (c == begin || !(centers.cell_of[c] == centers.cell_of[c - 1]))
+        collect(centers, centers.cell_of[c], reach_cells, candidates);
       std::array<float, 6> center{};
       for (std::size_t a = 0; a < 6; ++a) center[a] = centers.axes[a][c];
-      const std::int32_t low = std::max(0, at.x - reach);
-      const std::int32_t high = std::min(size.x - 1, at.x + reach);
-      for (std::int32_t z = std::max(0, at.z - reach); z <= std::min(size.z - 1, at.z + reach); ++z) {
-        for (std::int32_t y = std::max(0, at.y - reach); y <= std::min(size.y - 1, at.y + reach); ++y) {
-          // The cells of a row are numbered one after the other, and so are their clusters.
-          const GridPoint last{high, y, z};
-          const std::uint32_t past = centers.cells.rank(last) + (centers.cells.contains(last) ? 1 : 0);
-          const std::uint32_t first = centers.first_of[centers.cells.rank({low, y, z})];
-          const std::size_t count = centers.first_of[past] - first;
-          if (count == 0) continue;
-          weights.resize(std::max(weights.size(), count));
-          std::array<const float*, 6> axes{};
-          for (std::size_t a = 0; a < 6; ++a) axes[a] = centers.axes[a].data() + first;
-          kernels::pair_weights(axes, center, count, weights.data());
-          for (std::size_t k = 0; k < count; ++k) {
-            if (weights[k] > 0)
-              piece.pairs.push_back({first + static_cast<std::uint32_t>(k), std::bit_cast<std::uint32_t>(weights[k])});
-          }
-        }
+      weights.resize(std::max(weights.size(), candidates.count()));
+      found.resize(std::max(found.size(), candidates.count() + 1));
+      kernels::pair_weights(candidates, center, weights.data());
+      std::size_t kept = 0;
+      for (std::size_t k = 0; k < candidates.count(); ++k) {
+        found[kept] = {candidates.clusters[k], std::bit_cast<std::uint32_t>(weights[k])};
+        kept += weights[k] > least ? 1 : 0;
       }
+      piece.pairs.insert(piece.pairs.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept));
       piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));
     }
   });

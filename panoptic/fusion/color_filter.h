@@ -19,6 +19,8 @@
 
 namespace panoptic {
 
+struct Candidates;
+
 using VoxelColor = std::array<float, 3>;  // 0..255
 
 struct ColorFilterSettings {
@@ -58,6 +60,7 @@ class ColorFilter {
   };
   struct Centers;
 
+  static void collect(const Centers& centers, GridPoint at, float reach_cells, Candidates& candidates);
   void form_clusters(std::span<const GridPoint> points, std::span<const VoxelColor> colors, const ColorFilterSettings& settings,
                      std::span<const GridPoint> cells, Centers& centers);
   void pair_clusters(const Centers& centers, float reach_cells, const Ranges& ranges);

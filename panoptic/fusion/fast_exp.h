@@ -9,13 +9,13 @@
 
 namespace panoptic {
 
-// Within 2e-7 relative for x in [-87, 0]; below that e^-87, which is 1e-38. REQUIRES x <= 88 and not NaN.
+// Within 2e-7 relative down to x = -87; below that e^-87, which is 1e-38. REQUIRES x <= 0 and not NaN.
 [[gnu::always_inline]] inline float fast_exp(float x) {
   constexpr float kLog2E = 1.44269504F;
   constexpr float kLn2High = 0.693359375F;  // ln 2 in two parts: the first has so few bits that n times it is exact
   constexpr float kLn2Low = -2.12194440e-4F;
   const float held = x > -87.0F ? x : -87.0F;
-  const auto n = static_cast<std::int32_t>(held * kLog2E + (held < 0 ? -0.5F : 0.5F));
+  const auto n = static_cast<std::int32_t>(held * kLog2E - 0.5F);
   const auto whole = static_cast<float>(n);
   const float r = held - whole * kLn2High - whole * kLn2Low;  // |r| <= ln 2 / 2
   float p = 1.0F / 720;

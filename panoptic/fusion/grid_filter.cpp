@@ -2,52 +2,77 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/fusion/grid_filter.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "panoptic/base/clones.h"
 #include "panoptic/base/error.h"
+#include "panoptic/fusion/lanes.h"
 
 namespace panoptic {
 namespace {
 
-// One line laid out without gaps, a radius of zeros at either end.
-template <int kWidth>
-[[gnu::always_inline]] inline void convolve_place(const float* here, const float* taps, std::ptrdiff_t radius, float* out) {
-  float sum[kWidth];
-  for (int c = 0; c < kWidth; ++c) sum[c] = taps[0] * here[c];
-  for (std::ptrdiff_t k = 1; k <= radius; ++k) {
-    const float* before = here - k * kWidth;
-    const float* after = here + k * kWidth;
-    for (int c = 0; c < kWidth; ++c) sum[c] += taps[k] * (before[c] + after[c]);
-  }
-  for (int c = 0; c < kWidth; ++c) out[c] = sum[c];
-}
+constexpr std::uint32_t kNone = GridFilter::kNone;
 
 }  // namespace
 
 // External linkage on purpose: GCC's target_clones need it.
 namespace kernels {
 
-void convolve_8(const float* line, std::span<const std::uint32_t> outs, std::span<const float> taps, float* out);
-void convolve_16(const float* line, std::span<const std::uint32_t> outs, std::span<const float> taps, float* out);
+// Lines of one pass, the buffer that one of them is laid out in, and where the sums go.
+struct LineWork {
+  std::span<const GridFilter::Place> places;
+  std::span<const std::uint32_t> line_ends;  // counted from the first of `places`
+  std::span<const float> taps;
+  ScaledRows in;
+  float* line;  // room for the longest line with a radius at either end
+  float* out;
+};
 
-// `outs`: two numbers per sum, the place in the line and the row that it goes to.
-PANOPTIC_CLONES
-void convolve_8(const float* line, std::span<const std::uint32_t> outs, std::span<const float> taps, float* out) {
-  const auto radius = static_cast<std::ptrdiff_t>(taps.size()) - 1;
-  for (std::size_t i = 0; i < outs.size(); i += 2) {
-    convolve_place<8>(line + std::size_t{outs[i]} * 8, taps.data(), radius, out + std::size_t{outs[i + 1]} * 8);
+void filter_lines_8(const LineWork& work);
+void filter_lines_16(const LineWork& work);
+
+// Values of a line without gaps, a radius of zeros at either end.
+template <std::size_t kWidth>
+[[gnu::always_inline]] inline void lay_out(std::span<const GridFilter::Place> places, const ScaledRows& in, float* to) {
+  LaneRow<kWidth> row;
+  for (const GridFilter::Place place : places) {
+    if (place.in == kNone) {
+      row.clear();
+    } else {
+      row.load(in.row(place.in));
+      if (in.scale != nullptr) row.scale(in.scale[place.in]);
+    }
+    row.store(to);
+    to += kWidth;
   }
 }
 
-PANOPTIC_CLONES
-void convolve_16(const float* line, std::span<const std::uint32_t> outs, std::span<const float> taps, float* out) {
-  const auto radius = static_cast<std::ptrdiff_t>(taps.size()) - 1;
-  for (std::size_t i = 0; i < outs.size(); i += 2) {
-    convolve_place<16>(line + std::size_t{outs[i]} * 16, taps.data(), radius, out + std::size_t{outs[i + 1]} * 16);
+template <std::size_t kWidth>
+[[gnu::always_inline]] inline void filter_lines(const LineWork& work) {
+  const std::size_t radius = work.taps.size() - 1;
+  const float* taps = work.taps.data();
+  std::size_t first = 0;
+  for (const std::uint32_t end : work.line_ends) {
+    const auto places = work.places.subspan(first, end - first);
+    lay_out<kWidth>(places, work.in, work.line + radius * kWidth);
+    float* tail = work.line + (radius + places.size()) * kWidth;
+    for (std::size_t c = 0; c < radius * kWidth; ++c) tail[c] = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (places[i].out == kNone) continue;
+      const float* here = work.line + (radius + i) * kWidth;
+      LaneRow<kWidth> sum;
+      sum.load(here);
+      sum.scale(taps[0]);
+      for (std::size_t k = 1; k <= radius; ++k) sum.add(taps[k], here - k * kWidth, here + k * kWidth);
+      sum.store(work.out + places[i].out * kWidth);
+    }
+    first = end;
   }
 }
+
+PANOPTIC_CLONES void filter_lines_8(const LineWork& work) { filter_lines<8>(work); }
+PANOPTIC_CLONES void filter_lines_16(const LineWork& work) { filter_lines<16>(work); }
 
 }  // namespace kernels
 
@@ -79,66 +104,60 @@ GridFilter::GridFilter(std::span<const GridPoint> points, float sigma) {
   passes_[2] = make_pass(after_y, grid, 2);
 }
 
+// Appends the line that runs through `p` along an axis.
+void GridFilter::add_line(const BitGrid& in, const BitGrid& out, int axis, GridPoint p, Pass& pass) const {
+  const auto radius = static_cast<std::int32_t>(taps_.size()) - 1;
+  const GridPoint size = in.box().size;
+  const std::int32_t length = axis == 0 ? size.x : axis == 1 ? size.y : size.z;
+  std::int32_t& t = axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+  if (pass.pieces.empty() || pass.pieces.back().places.size() >= kPiecePlaces) pass.pieces.emplace_back();
+  Piece& piece = pass.pieces.back();
+  std::size_t first = piece.places.size();
+  const auto end_line = [&] {
+    piece.line_ends.push_back(static_cast<std::uint32_t>(piece.places.size()));
+    pass.longest = std::max(pass.longest, piece.places.size() - first);
+    first = piece.places.size();
+  };
+  std::int32_t last = -1;
+  for (t = 0; t < length; ++t) {
+    const bool enters = in.contains(p);
+    const bool leaves = out.contains(p);
+    if (!enters && !leaves) continue;
+    if (last >= 0 && t - last > radius)
+      end_line();
+    else if (last >= 0)
+      piece.places.insert(piece.places.end(), t - last - 1, Place{kNone, kNone});
+    piece.places.push_back({enters ? in.rank(p) : kNone, leaves ? out.rank(p) : kNone});
+    last = t;
+  }
+  if (last >= 0) end_line();
+}
+
 GridFilter::Pass GridFilter::make_pass(const BitGrid& in, const BitGrid& out, int axis) const {
   Pass pass;
   const GridPoint size = in.box().size;
-  const auto radius = static_cast<std::int32_t>(taps_.size()) - 1;
-  const std::int32_t length = axis == 0 ? size.x : axis == 1 ? size.y : size.z;
-  const auto add_line = [&](GridPoint p) {
-    std::int32_t& t = axis == 0 ? p.x : axis == 1 ? p.y : p.z;
-    std::int32_t last = -1;
-    for (t = 0; t < length; ++t) {
-      const bool enters = in.contains(p);
-      const bool leaves = out.contains(p);
-      if (!enters && !leaves) continue;
-      if (last >= 0 && t - last > radius) pass.line_ends.push_back(static_cast<std::uint32_t>(pass.places.size()));
-      if (last >= 0 && t - last <= radius) pass.places.insert(pass.places.end(), t - last - 1, Place{kNone, kNone});
-      pass.places.push_back({enters ? in.rank(p) : kNone, leaves ? out.rank(p) : kNone});
-      last = t;
+  if (axis == 0) {
+    for (std::int32_t z = 0; z < size.z; ++z) {
+      for (std::int32_t y = 0; y < size.y; ++y) add_line(in, out, axis, {0, y, z}, pass);
     }
-    if (last >= 0) pass.line_ends.push_back(static_cast<std::uint32_t>(pass.places.size()));
-  };
-  const std::int32_t rows = axis == 2 ? size.y : size.z;  // lines lie in slices across another axis
-  for (std::int32_t slice = 0; slice < rows; ++slice) {
-    if (axis == 0) {
-      for (std::int32_t y = 0; y < size.y; ++y) add_line({0, y, slice});
-    } else {
-      for (std::int32_t x = 0; x < size.x; ++x) add_line(axis == 1 ? GridPoint{x, 0, slice} : GridPoint{x, slice, 0});
+    return pass;
+  }
+  const std::int32_t slices = axis == 1 ? size.z : size.y;
+  for (std::int32_t slice = 0; slice < slices; ++slice) {
+    for (std::int32_t x = 0; x < size.x; ++x) {
+      add_line(in, out, axis, axis == 1 ? GridPoint{x, 0, slice} : GridPoint{x, slice, 0}, pass);
     }
   }
   return pass;
 }
 
 void GridFilter::run(const Pass& pass, const ScaledRows& in, float* out, RowWidth row_width, const Ranges& ranges) const {
-  const auto width = static_cast<std::size_t>(row_width);
-  const std::size_t radius = taps_.size() - 1;
-  ranges.run(pass.line_ends.size(), 256, [&](std::size_t begin, std::size_t end) {
-    std::vector<float> line;
-    std::vector<std::uint32_t> outs;
-    std::size_t first = begin == 0 ? 0 : pass.line_ends[begin - 1];
-    for (std::size_t l = begin; l < end; ++l) {
-      const std::size_t length = pass.line_ends[l] - first;
-      line.resize(std::max(line.size(), (length + 2 * radius) * width));
-      outs.clear();
-      std::memset(line.data(), 0, radius * width * sizeof(float));
-      for (std::size_t i = 0; i < length; ++i) {
-        const Place place = pass.places[first + i];
-        float* to = line.data() + (radius + i) * width;
-        if (place.in == kNone) {
-          for (std::size_t c = 0; c < width; ++c) to[c] = 0;
-        } else {
-          const float factor = in.scale == nullptr ? 1.0F : in.scale[place.in];
-          const float* from = in.row(place.in);
-          for (std::size_t c = 0; c < width; ++c) to[c] = factor * from[c];
-        }
-        if (place.out == kNone) continue;
-        outs.push_back(static_cast<std::uint32_t>(radius + i));
-        outs.push_back(place.out);
-      }
-      std::memset(line.data() + (radius + length) * width, 0, radius * width * sizeof(float));
-      (row_width == RowWidth::k8 ? kernels::convolve_8 : kernels::convolve_16)(line.data(), outs, taps_, out);
-      first = pass.line_ends[l];
-    }
+  const std::size_t room = (pass.longest + 2 * taps_.size()) * static_cast<std::size_t>(row_width);
+  const auto filter_lines = row_width == RowWidth::k8 ? kernels::filter_lines_8 : kernels::filter_lines_16;
+  ranges.run(pass.pieces.size(), 1, [&](std::size_t begin, std::size_t) {
+    const Piece& piece = pass.pieces[begin];
+    std::vector<float> line(room, 0.0F);
+    filter_lines({piece.places, piece.line_ends, taps_, in, line.data(), out});
   });
 }
 
@@ -154,7 +173,9 @@ void GridFilter::apply(const ScaledRows& in, float* out, RowWidth row_width, Gri
 std::size_t GridFilter::memory_bytes() const {
   std::size_t bytes = 0;
   for (const Pass& pass : passes_) {
-    bytes += pass.places.capacity() * sizeof(Place) + pass.line_ends.capacity() * sizeof(pass.line_ends[0]);
+    for (const Piece& piece : pass.pieces) {
+      bytes += piece.places.capacity() * sizeof(Place) + piece.line_ends.capacity() * sizeof(piece.line_ends[0]);
+    }
   }
   return bytes;
 }

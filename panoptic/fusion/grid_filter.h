@@ -53,19 +53,26 @@ class GridFilter {
 
   static constexpr float kTruncation = 3.5F;  // sigmas
 
- private:
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
   // Places along one axis, line after line; a line ends where nothing is within reach.
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   struct Place {
     std::uint32_t in;   // the value that enters here, or kNone
     std::uint32_t out;  // the sum that leaves here, or kNone
   };
-  struct Pass {
+
+ private:
+  static constexpr std::size_t kPiecePlaces = 16384;
+
+  struct Piece {  // some lines that are worked together
     std::vector<Place> places;
     std::vector<std::uint32_t> line_ends;
   };
+  struct Pass {
+    std::vector<Piece> pieces;
+    std::size_t longest = 0;  // of all lines
+  };
 
+  void add_line(const BitGrid& in, const BitGrid& out, int axis, GridPoint p, Pass& pass) const;
   Pass make_pass(const BitGrid& in, const BitGrid& out, int axis) const;
   void run(const Pass& pass, const ScaledRows& in, float* out, RowWidth width, const Ranges& ranges) const;
 

@@ -8,12 +8,12 @@
 #include "panoptic/base/clones.h"
 #include "panoptic/base/error.h"
 #include "panoptic/fusion/fast_exp.h"
+#include "panoptic/fusion/lanes.h"
 
 namespace panoptic {
 namespace {
 
 constexpr std::size_t kGrain = 2048;  // voxels that are worked together
-constexpr std::size_t kLanes = 8;
 
 RowWidth width_from(std::size_t first_label, std::size_t stride) {
   return stride - first_label >= 16 ? RowWidth::k16 : RowWidth::k8;

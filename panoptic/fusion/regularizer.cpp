@@ -12,8 +12,11 @@
 namespace panoptic {
 namespace {
 
-// From this many nodes times labels a submap is cut in two, so that memory stays bounded whatever max_blocks says.
-constexpr std::size_t kMostCells = 32'000'000;
+// A submap that would take more memory than this is cut in two, whatever max_blocks says.
+constexpr std::size_t kMostBytes = 240'000'000;
+// Measured: filters, norms and scratch per voxel, and bits and ranks per block of the box around a submap.
+constexpr std::size_t kBytesPerVoxel = 650;
+constexpr std::size_t kBytesPerBoxBlock = 4096;
 // Submaps above this many blocks are solved one after the other on all threads, smaller ones side by side.
 constexpr std::size_t kSmallSubmap = 64;
 
@@ -26,6 +29,14 @@ float flipped_weight(const CoreVoxel& before, float probability) {
 bool unchanged(const VoxelBlock& block, const CoreVoxel& before) {
   return block.label[before.voxel] == before.label && block.label_weight[before.voxel] == before.label_weight &&
          block.weight[before.voxel] == before.weight;
+}
+
+std::size_t expected_bytes(const CrfGraph& graph) {
+  const GridPoint size = box_around(graph.points).size;
+  const auto blocks = [](std::int32_t voxels) { return static_cast<double>(voxels / kBlockSide + 1); };
+  const double bytes = blocks(size.x) * blocks(size.y) * blocks(size.z) * kBytesPerBoxBlock +
+                       static_cast<double>(graph.size() * (kBytesPerVoxel + (graph.label_count + 7) / 8 * 8 * sizeof(float)));
+  return bytes < 1e18 ? static_cast<std::size_t>(bytes) : ~std::size_t{0};
 }
 
 void append(SubmapChanges& to, SubmapChanges&& from) {
@@ -53,7 +64,7 @@ Fields fields(RegularizerOptions& o) {
 
 Regularizer::Regularizer(const RegularizerOptions& options, const VoxelMap& map)
     : options_(options), mean_field_{options.w1, options.w2, options.theta_alpha_m / map.voxel_size_m(), options.theta_beta} {
-  const auto reach = static_cast<int>(std::ceil(3 * mean_field_.theta_alpha));
+  const auto reach = static_cast<int>(std::ceil(2 * mean_field_.theta_alpha));
   gather_ = {options.band_voxels * map.voxel_size_m(), std::clamp(reach, 1, kBlockSide), options.highest_probability};
 }
 
@@ -96,7 +107,7 @@ SubmapGraph Regularizer::gather(const VoxelMap& map, const std::vector<Slot>& bl
 
 SubmapChanges Regularizer::regularize(const VoxelMap& map, const std::vector<Slot>& blocks, Ranges ranges) const {
   const SubmapGraph submap = gather(map, blocks);
-  if (submap.graph.size() * submap.graph.label_count <= kMostCells || blocks.size() == 1) return solve(submap, ranges);
+  if (blocks.size() == 1 || expected_bytes(submap.graph) <= kMostBytes) return solve(submap, ranges);
   SubmapChanges all{{}, submap.epoch, {}};
   for (const std::vector<Slot>& part : divide_map(map, blocks, (blocks.size() + 1) / 2)) {
     append(all, regularize(map, part, ranges));

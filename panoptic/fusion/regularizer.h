@@ -20,16 +20,18 @@
 
 namespace panoptic {
 
+// The paper's w1, w2 are 10 and 15 and it regularizes every voxel (configs/regularizer_paper.toml); on real recordings that
+// loses small objects, see docs/decisions/0008-crf.md.
 struct RegularizerOptions {
   bool enabled = true;
   int every_frames = 300;  // used frames between two runs: 10 s at 30 Hz
-  float w1 = 10;
-  float w2 = 15;
+  float w1 = 4;
+  float w2 = 4;
   float theta_alpha_m = 0.05F;
   float theta_beta = 20;
   int iterations = 5;
   int max_blocks = 25;
-  float band_voxels = 4;
+  float band_voxels = 1.5F;
   float highest_probability = 0.99F;
 };
 Fields fields(RegularizerOptions& options);
