@@ -50,6 +50,21 @@ def findings(path):
                 yield number, what
 
 
+def doubled_types(paths):
+    """Two types of one name in two headers: the linker takes either's functions for both."""
+    places = {}
+    for path in paths:
+        if path.suffix != ".h" or not path.is_file():
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            definition = re.match(r"(?:struct|class|enum class) (\w+)[^;]*[{:]", line)
+            if definition:
+                places.setdefault(definition[1], []).append((path, number))
+    for name, found in places.items():
+        for path, number in found[1:]:
+            yield path, number, f"the type {name} is defined in {found[0][0].name} too"
+
+
 def files():
     if len(sys.argv) > 1:
         return [pathlib.Path(name) for name in sys.argv[1:]]
@@ -61,7 +76,11 @@ def files():
 def main():
     checked = 0
     wrong = 0
-    for path in files():
+    paths = files()
+    for path, number, what in doubled_types(paths):
+        wrong += 1
+        print(f"{path}:{number}: {what}", file=sys.stderr)
+    for path in paths:
         if path.name in UNCHECKED or path == pathlib.Path(__file__) or not path.is_file():
             continue
         checked += 1

@@ -7,8 +7,8 @@
 #include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
-#include "panoptic/session/open_dataset.h"
 #include "panoptic/predict/prediction_io.h"
+#include "panoptic/session/open_dataset.h"
 #include "panoptic/session/session.h"
 
 namespace panoptic {

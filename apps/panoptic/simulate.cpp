@@ -13,6 +13,7 @@
 #include "panoptic/sim/contact_sheet.h"
 #include "panoptic/sim/export.h"
 #include "panoptic/sim/ground_truth.h"
+#include "panoptic/sim/home_statistics.h"
 
 namespace panoptic {
 namespace {
@@ -44,13 +45,7 @@ ExportOptions export_options(const Arguments& a) {
 }
 
 void print_home(const Simulation& simulation) {
-  const LabelSet labels = load_label_set("scannet20");
-  const HomeStatistics statistics = statistics_of(simulation.home());
-  int things = 0;
-  for (const auto& [class_id, count] : statistics.objects) things += count;
-  fmt::print("{}\nhome      {} rooms, {:.1f} m2, {} things\n", simulation.description(), simulation.home().rooms.size(),
-             statistics.floor_m2, things);
-  for (const auto& [class_id, count] : statistics.objects) fmt::print("  {:>3} {}\n", count, labels.name_of(class_id));
+  fmt::print("{}\n{}", simulation.description(), to_text(statistics(simulation.home()), simulation.home()));
   std::fflush(stdout);
 }
 
@@ -67,8 +62,9 @@ void print_closing(const Simulation& simulation, const ExportOptions& options, c
   const std::string scene = scene_name(simulation.options().seed);
   fmt::print("\n{} frames in {:.1f} s, {:.1f} frames/s, {:.0f} kB a frame\n", simulation.size(), seconds, frames / seconds,
              static_cast<double>(bytes_below(output)) / frames / 1e3);
-  fmt::print("recording {0}/{1}.sens\ntruth     {0}/{1}_vh_clean_2.ply\nmap it    panoptic run {0}{2} -o OUT\n", output, scene,
-             options.predictions == "none" ? "" : fmt::format(" --predictions {}/predictions", output));
+  fmt::print(
+      "look at   {0}/plan.png\nrecording {0}/{1}.sens\ntruth     {0}/{1}_vh_clean_2.ply\nmap it    panoptic run {0}{2} -o OUT\n",
+      output, scene, options.predictions == "none" ? "" : fmt::format(" --predictions {}/predictions", output));
 }
 
 int write_contact_sheet(const Arguments& arguments, const ExportOptions& options) {

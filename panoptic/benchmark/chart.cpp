@@ -143,7 +143,7 @@ void draw_lines(const Chart& chart, double top, Image<Rgb>& image) {
 }  // namespace
 
 Image<Rgb> draw(const Chart& chart) {
-  for (const Series& series : chart.series) PANOPTIC_ASSERT(series.values.size() == chart.categories.size());
+  PANOPTIC_ASSERT(std::ranges::all_of(chart.series, [&](const Series& s) { return s.values.size() == chart.categories.size(); }));
   Image<Rgb> image(kWidth_px, kHeight_px, Rgb{255, 255, 255});
   const double step = round_step(largest(chart));
   draw_axes(chart, step, image);

@@ -102,6 +102,7 @@ ClassId nyu40_class(std::string_view name) {
   static const std::map<std::string, ClassId, std::less<>> kClasses = [] {
     std::map<std::string, ClassId, std::less<>> classes;
     for (std::uint16_t n = 1; n <= kNyu40Classes; ++n) classes[squeezed(kNyu40Names[n - 1U])] = static_cast<ClassId>(n);
+    classes["furniture"] = classes.at("otherfurniture");    // ScanNet's raw category for it
     classes["refridgerator"] = classes.at("refrigerator");  // as many lists spell it
     return classes;
   }();

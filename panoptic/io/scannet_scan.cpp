@@ -213,7 +213,8 @@ std::map<std::uint16_t, ClassId> number_groups(const ScanTruth& truth, std::vect
 std::string label_of(std::uint16_t instance, ClassId class_id, const ScanTruth& truth) {
   const auto at = truth.names.find(instance);
   const bool says_it = at != truth.names.end() && nyu40_class(at->second) == class_id;
-  return says_it ? at->second : std::string(nyu40_name(class_id));
+  const std::string name = says_it ? at->second : std::string(nyu40_name(class_id));
+  return name == "otherfurniture" ? "furniture" : name;  // no raw category of ScanNet is called otherfurniture
 }
 
 void write_json(const std::string& path, const Json& json) {

@@ -42,7 +42,7 @@ class Catalogue {
   const std::vector<Furniture>& furniture() const;
   std::vector<std::size_t> with_role(std::string_view role) const;
 
-  // Appends the model (scaled to size_m, in the frame that Model states) with its materials and textures to the scene and
+  // Appends the model (scaled to size_m, in the frame that SceneModel states) with its materials and textures to the scene and
   // returns its index in scene.models. A model is read from its archive once in the life of the catalogue. Throws Error for a
   // damaged archive. One thread at a time.
   std::uint32_t add_model(std::size_t furniture, Scene& scene) const;

@@ -6,13 +6,14 @@
 
 #include <algorithm>
 #include <future>
-#include <set>
 #include <utility>
 #include <vector>
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/image_io.h"
 #include "panoptic/base/parallel.h"
+#include "panoptic/sim/home_statistics.h"
 #include "panoptic/sim/scan_writer.h"
 
 namespace panoptic {
@@ -110,20 +111,11 @@ SimulationOptions simulation_options(const ExportOptions& o) {
   return simulation;
 }
 
-HomeStatistics statistics_of(const Home& home) {
-  HomeStatistics statistics;
-  for (const Room& room : home.rooms) statistics.floor_m2 += room.floor.volume();
-  std::set<std::uint16_t> seen;
-  for (const SceneObject& object : home.scene.objects) {
-    if (object.instance != 0 && seen.insert(object.instance).second) ++statistics.objects[object.class_id];
-  }
-  return statistics;
-}
-
 bool export_scan(const Simulation& simulation, const ExportOptions& options, const fs::path& folder, const ExportWatch& watch) {
   StagingFolder staging(folder);
   ExportOptions written = options;
   write_file(staging.path() / "simulation.toml", to_toml(fields(written)));
+  write_png(staging.path() / "plan.png", draw_plan(simulation.home(), simulation.true_path()));
   ScanWriter writer(staging.path(), simulation, options);
   if (!write_frames(simulation, options, writer, watch)) return false;
   writer.finish();

@@ -31,13 +31,6 @@ Fields fields(ExportOptions& options);
 // Throws Error for a seed or a noise that is none.
 SimulationOptions simulation_options(const ExportOptions& options);
 
-// What a home holds.
-struct HomeStatistics {
-  double floor_m2 = 0;
-  std::map<ClassId, int> objects;  // things of each class
-};
-HomeStatistics statistics_of(const Home& home);
-
 // Hears how many frames are done; false ends the export.
 using ExportWatch = std::function<bool(std::size_t frames_done)>;
 

@@ -131,7 +131,7 @@ bool is_absolute(const std::string& path) { return path.starts_with('/') || path
 std::string folder_of(const std::string& path) { return path.substr(0, path.rfind('/') + 1); }
 
 // The file's y is up and its z to the front; ours are z and -y.
-void to_our_axes(const Eigen::Matrix3f& rotation, Model& model) {
+void to_our_axes(const Eigen::Matrix3f& rotation, SceneModel& model) {
   Eigen::Matrix3f ours_from_file;
   ours_from_file << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   const Eigen::Matrix3f turn = ours_from_file * rotation;
@@ -140,9 +140,9 @@ void to_our_axes(const Eigen::Matrix3f& rotation, Model& model) {
 
 // Without the faces of the materials that cannot be seen, and without the vertices that nothing refers to then, which would
 // count in the bounding box.
-Model visible_part(const ObjModel& obj) {
+SceneModel visible_part(const ObjModel& obj) {
   constexpr std::uint32_t unused = 0xFFFFFFFFU;
-  Model model;
+  SceneModel model;
   std::vector<std::uint32_t> new_index(obj.model.positions.size(), unused);
   for (std::size_t t = 0; t < obj.model.triangles.size(); ++t) {
     if (obj.materials[obj.model.material_of[t]].opacity < kInvisible) continue;

@@ -17,7 +17,7 @@ constexpr double kOpenLeaf = 0.6;  // the share of doorways whose door leaf stan
 // Models of the catalogue that the scene holds already.
 using ModelOf = std::map<std::size_t, std::uint32_t>;
 
-void add_object(const Catalogue& catalogue, const Placement& placement, ModelOf& model_of, Home& home) {
+void add_object(const Catalogue& catalogue, const PlacedFurniture& placement, ModelOf& model_of, Home& home) {
   const Furniture& it = catalogue.furniture()[placement.furniture];
   if (!model_of.contains(placement.furniture))
     model_of[placement.furniture] = catalogue.add_model(placement.furniture, home.scene);
@@ -111,7 +111,7 @@ Home make_home(const HomeOptions& options, const Catalogue& catalogue) {
     RoomLayout layout(plan, room, catalogue, random);
     add_openings(layout, room, leaf_of);
     furnish(layout, plan.rooms);
-    for (const Placement& placement : layout.placements()) add_object(catalogue, placement, model_of, home);
+    for (const PlacedFurniture& placement : layout.placements()) add_object(catalogue, placement, model_of, home);
   }
   for (std::size_t i = stuff; i < home.scene.objects.size(); ++i) {
     home.scene.objects[i].instance = static_cast<std::uint16_t>(i - stuff + 1);

@@ -87,7 +87,7 @@ Vec3f Lighting::mean(std::initializer_list<Share> shares) {
 
 Lighting::Lighting(const Scene& scene, const Surfaces& surfaces, const RayTracer& tracer, std::vector<Vec3f> albedos)
     : scene_(scene), surfaces_(surfaces), tracer_(tracer), albedos_(std::move(albedos)) {
-  for (const Model& model : scene.models) models_.push_back(places_of(model));
+  for (const SceneModel& model : scene.models) models_.push_back(places_of(model));
   std::uint32_t triangles = 0;
   const ClassId window = load_label_set("scannet20").find("window")->id;
   for (const SceneObject& object : scene.objects) {
@@ -266,7 +266,7 @@ Lighting::Light Lighting::scattered(const Place& place, const Vec3f& origin) con
       }
       if (hits.distance[i] < kTouching_m) ++touching;
       const SurfaceOrigin& hit = surfaces_.origins[hits.triangle[i]];
-      const Model& model = scene_.models[scene_.objects[hit.object].model];
+      const SceneModel& model = scene_.models[scene_.objects[hit.object].model];
       const float nearness = 1 - hits.distance[i] / kScatterReach_m;
       sum += Vec3f::Constant(1 - nearness) + nearness * kBounce * albedos_[model.material_of[hit.triangle]];
     }

@@ -4,7 +4,7 @@
 
 namespace panoptic {
 
-void fit_to_size(Model& model, int quarter_turns, const Vec3f& size_m) {
+void fit_to_size(SceneModel& model, int quarter_turns, const Vec3f& size_m) {
   for (int turn = 0; turn < quarter_turns; ++turn) {
     for (Vec3f& p : model.positions) p = Vec3f(-p.y(), p.x(), p.z());
   }

@@ -11,16 +11,16 @@
 
 namespace panoptic {
 
-// Indices count within the asset: Model::material_of into materials, Material::texture into textures.
+// Indices count within the asset: SceneModel::material_of into materials, Material::texture into textures.
 struct ModelAsset {
-  Model model;
+  SceneModel model;
   std::vector<Material> materials;
   std::vector<Image<Rgb>> textures;
 };
 
 // Turns the model by quarters of a turn about z (1: the front goes from -y to +x), scales its bounding box to size_m along each
 // axis (an axis without extent keeps its scale), and moves it onto z = 0 with the origin below the centre of its footprint.
-void fit_to_size(Model& model, int quarter_turns, const Vec3f& size_m);
+void fit_to_size(SceneModel& model, int quarter_turns, const Vec3f& size_m);
 
 // Appends copies to the scene and returns the model's index in scene.models.
 std::uint32_t append_asset(const ModelAsset& asset, Scene& scene);

@@ -16,13 +16,13 @@ using Key = std::array<float, 3>;
 Key key_of(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 
 // Twice the area times the unit normal.
-Vec3f area_normal(const Model& model, const std::array<std::uint32_t, 3>& triangle) {
+Vec3f area_normal(const SceneModel& model, const std::array<std::uint32_t, 3>& triangle) {
   const auto& [a, b, c] = triangle;
   return (model.positions[b] - model.positions[a]).cross(model.positions[c] - model.positions[a]);
 }
 
 // Numbers for equal positions: models repeat a position where texture coordinates differ.
-std::vector<std::uint32_t> position_numbers(const Model& model) {
+std::vector<std::uint32_t> position_numbers(const SceneModel& model) {
   std::map<Key, std::uint32_t> number_of;
   std::vector<std::uint32_t> numbers;
   for (const Vec3f& position : model.positions) {
@@ -33,7 +33,7 @@ std::vector<std::uint32_t> position_numbers(const Model& model) {
 
 }  // namespace
 
-ModelPlaces places_of(const Model& model) {
+ModelPlaces places_of(const SceneModel& model) {
   constexpr std::size_t kMostNeighbours = 64;  // the tip of a cone with 10,000 faces needs no more
   const std::vector<std::uint32_t> number_at = position_numbers(model);
   std::vector<std::vector<std::uint32_t>> faces_at(model.positions.size());

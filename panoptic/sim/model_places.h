@@ -22,6 +22,6 @@ struct ModelPlaces {
 };
 
 // REQUIRES a model whose indices are valid (flatten checks them).
-ModelPlaces places_of(const Model& model);
+ModelPlaces places_of(const SceneModel& model);
 
 }  // namespace panoptic

@@ -27,7 +27,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 // linked list.
 class VertexMerger {
  public:
-  VertexMerger(const tinyobj::attrib_t& attributes, const std::string& name, Model& model)
+  VertexMerger(const tinyobj::attrib_t& attributes, const std::string& name, SceneModel& model)
       : attributes_(attributes), name_(name), model_(model), first_(attributes.vertices.size() / 3, kNone) {}
 
   std::uint32_t vertex(const tinyobj::index_t& index) {
@@ -72,7 +72,7 @@ class VertexMerger {
 
   const tinyobj::attrib_t& attributes_;
   const std::string& name_;
-  Model& model_;
+  SceneModel& model_;
   std::vector<std::uint32_t> first_;  // per position of the file, the first vertex made of it
   std::vector<std::uint32_t> next_;   // per vertex
   std::vector<int> texcoord_of_;      // per vertex

@@ -20,8 +20,8 @@ struct ObjMaterial {
 };
 
 struct ObjModel {
-  Model model;                         // in the axes and units of the file; polygons are split into triangles
-  std::vector<ObjMaterial> materials;  // what Model::material_of refers to; equal ones are one
+  SceneModel model;                    // in the axes and units of the file; polygons are split into triangles
+  std::vector<ObjMaterial> materials;  // what SceneModel::material_of refers to; equal ones are one
 };
 
 // The file that the first mtllib line names; empty if there is none.

@@ -13,7 +13,7 @@ constexpr std::size_t kCandidates = 4;  // of a role that are tried before it is
 constexpr int kTries = 8;               // places along a wall
 constexpr double kHead_m = 1.9;
 
-FreeZone front_zone(const Placement& placement, double front_m, double sides_m) {
+FreeZone front_zone(const PlacedFurniture& placement, double front_m, double sides_m) {
   const Vec3d half_m(placement.base.half_m.x() + sides_m, placement.base.half_m.y(), 0);
   FreeZone zone;
   zone.area.axis = placement.base.axis;
@@ -31,7 +31,7 @@ std::optional<std::size_t> stand_at_wall(RoomLayout& layout, std::size_t furnitu
   stand.front = face.inward;
   stand.center = face.at(center_m, rule.gap_m + size_m.y() / 2);
   if (rule.free_front_m <= 0 && rule.free_sides_m <= 0) return layout.place(furniture, stand);
-  Placement probe;
+  PlacedFurniture probe;
   probe.base = {stand.center, size_m.head<2>() / 2, face.along};
   return layout.place(furniture, stand, front_zone(probe, rule.free_front_m, rule.free_sides_m));
 }
@@ -73,7 +73,7 @@ std::optional<std::size_t> against_wall(RoomLayout& layout, std::string_view rol
 
 std::optional<std::size_t> beside(RoomLayout& layout, std::string_view role, std::size_t neighbour, bool on_the_left,
                                   double gap_m) {
-  const Placement next_to = layout.placements()[neighbour];
+  const PlacedFurniture next_to = layout.placements()[neighbour];
   for (const std::size_t furniture : layout.candidates(role)) {
     const Vec3d half_m = layout.catalogue().furniture()[furniture].size_m.cast<double>() / 2;
     const double aside_m = next_to.base.half_m.x() + half_m.x() + gap_m;
@@ -108,7 +108,7 @@ namespace {
 
 // A seat on one side of a table: `outward` from its middle, `aside_m` along that side.
 bool seat(RoomLayout& layout, std::size_t chair, std::size_t table, const Eigen::Vector2d& outward, double aside_m) {
-  const Placement at = layout.placements()[table];
+  const PlacedFurniture at = layout.placements()[table];
   const Vec3d size_m = layout.catalogue().furniture()[chair].size_m.cast<double>();
   const double reach_m =
       std::abs(outward.dot(at.base.axis)) * at.base.half_m.x() + std::abs(outward.dot(at.base.across())) * at.base.half_m.y();
@@ -127,7 +127,7 @@ bool seat(RoomLayout& layout, std::size_t chair, std::size_t table, const Eigen:
 int chairs_at(RoomLayout& layout, std::string_view role, std::size_t table, int most) {
   const std::vector<std::size_t> chairs = layout.candidates(role);
   if (chairs.empty()) return 0;
-  const Placement at = layout.placements()[table];
+  const PlacedFurniture at = layout.placements()[table];
   const double width_m = layout.catalogue().furniture()[chairs[0]].size_m.x() + 0.12;
   int placed = 0;
   for (const bool is_long_side : {at.base.half_m.x() >= at.base.half_m.y(), at.base.half_m.x() < at.base.half_m.y()}) {
@@ -145,7 +145,7 @@ int chairs_at(RoomLayout& layout, std::string_view role, std::size_t table, int 
 }
 
 std::optional<std::size_t> chair_before(RoomLayout& layout, std::string_view role, std::size_t desk) {
-  const Placement at = layout.placements()[desk];
+  const PlacedFurniture at = layout.placements()[desk];
   for (const std::size_t chair : layout.candidates(role)) {
     if (seat(layout, chair, desk, at.front(), layout.random().uniform(-0.1, 0.1))) return layout.placements().size() - 1;
   }
@@ -153,7 +153,7 @@ std::optional<std::size_t> chair_before(RoomLayout& layout, std::string_view rol
 }
 
 int things_on(RoomLayout& layout, std::string_view role, std::size_t carrier, int most) {
-  const Placement under = layout.placements()[carrier];
+  const PlacedFurniture under = layout.placements()[carrier];
   int placed = 0;
   for (const std::size_t thing : layout.candidates(role)) {
     const Vec3d size_m = layout.catalogue().furniture()[thing].size_m.cast<double>();

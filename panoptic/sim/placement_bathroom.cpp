@@ -7,7 +7,7 @@ namespace {
 
 // The curtain hangs along the free long side of the tub, above its rim, over half to all of its length.
 void hang_shower_curtain(RoomLayout& layout, std::size_t bathtub) {
-  const Placement tub = layout.placements()[bathtub];
+  const PlacedFurniture tub = layout.placements()[bathtub];
   for (const std::size_t curtain : layout.candidates("shower_curtain")) {
     const Furniture& it = layout.catalogue().furniture()[curtain];
     const bool is_long_in_x = tub.base.half_m.x() > tub.base.half_m.y();

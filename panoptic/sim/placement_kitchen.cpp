@@ -43,7 +43,7 @@ std::optional<std::size_t> append(RoomLayout& layout, std::string_view role, Row
 void add_upper_cabinets(RoomLayout& layout, const std::vector<std::size_t>& row) {
   std::vector<std::size_t> cabinets = layout.candidates("upper_cabinet");
   for (const std::size_t below : row) {
-    const Placement base = layout.placements()[below];
+    const PlacedFurniture base = layout.placements()[below];
     if (base.top_m() > 1.2 || layout.random().chance(0.15)) continue;
     for (const std::size_t cabinet : cabinets) {
       const Furniture& it = layout.catalogue().furniture()[cabinet];
@@ -63,7 +63,7 @@ void add_sink(RoomLayout& layout, const std::vector<std::size_t>& row) {
     if (layout.catalogue().furniture()[sink].size_m.z() > kInset_m) continue;
     for (const std::size_t below : row) {
       if (layout.furniture(layout.placements()[below]).role != "kitchen_counter") continue;
-      const Placement top = layout.placements()[below];
+      const PlacedFurniture top = layout.placements()[below];
       Stand stand;
       stand.front = top.front();
       stand.center = top.base.center;

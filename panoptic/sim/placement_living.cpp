@@ -22,7 +22,7 @@ Side opposite(Side side) {
   return side;
 }
 
-Side side_behind(const Placement& placement) {
+Side side_behind(const PlacedFurniture& placement) {
   const Eigen::Vector2d front = placement.front();
   if (std::abs(front.x()) > std::abs(front.y())) return front.x() > 0 ? Side::kWest : Side::kEast;
   return front.y() > 0 ? Side::kSouth : Side::kNorth;
@@ -30,7 +30,7 @@ Side side_behind(const Placement& placement) {
 
 // The low table between the sofa and the screen, within reach of who sits.
 std::optional<std::size_t> add_coffee_table(RoomLayout& layout, std::size_t sofa) {
-  const Placement seat = layout.placements()[sofa];
+  const PlacedFurniture seat = layout.placements()[sofa];
   for (const std::size_t table : layout.candidates("coffee_table")) {
     const Vec3d half_m = layout.catalogue().furniture()[table].size_m.cast<double>() / 2;
     Stand stand;
@@ -47,7 +47,7 @@ std::optional<std::size_t> add_coffee_table(RoomLayout& layout, std::size_t sofa
 void add_screen(RoomLayout& layout, std::optional<std::size_t> sofa) {
   std::optional<std::size_t> low_board;
   if (sofa) {
-    const Placement seat = layout.placements()[*sofa];
+    const PlacedFurniture seat = layout.placements()[*sofa];
     const Side side = opposite(side_behind(seat));
     const WallFace face = wall_face(layout.room().floor, side);
     const double center_m = (seat.base.center - face.start).dot(face.along);
@@ -59,7 +59,7 @@ void add_screen(RoomLayout& layout, std::optional<std::size_t> sofa) {
   }
   if (!low_board) low_board = against_wall(layout, "tv_stand", {.free_front_m = 0.5});
   if (!low_board) return;
-  const Placement board = layout.placements()[*low_board];
+  const PlacedFurniture board = layout.placements()[*low_board];
   for (const std::size_t screen : layout.candidates("tv")) {
     Stand stand;
     stand.front = board.front();
@@ -72,7 +72,7 @@ void add_screen(RoomLayout& layout, std::optional<std::size_t> sofa) {
 
 // An armchair at an end of the coffee table, turned towards it.
 void add_armchair(RoomLayout& layout, std::size_t coffee_table) {
-  const Placement table = layout.placements()[coffee_table];
+  const PlacedFurniture table = layout.placements()[coffee_table];
   for (const std::size_t chair : layout.candidates("armchair")) {
     const double half_depth_m = layout.catalogue().furniture()[chair].size_m.y() / 2;
     for (const double sign : {1.0, -1.0}) {

@@ -12,7 +12,7 @@ void add_desk(RoomLayout& layout) {
   const auto desk = against_wall(layout, "desk", {.free_front_m = 0.85});
   if (!desk) return;
   chair_before(layout, "office_chair", *desk);
-  const Placement top = layout.placements()[*desk];
+  const PlacedFurniture top = layout.placements()[*desk];
   for (const std::size_t monitor : layout.candidates("monitor")) {
     const Furniture& it = layout.catalogue().furniture()[monitor];
     Stand stand;

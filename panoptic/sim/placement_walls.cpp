@@ -13,7 +13,7 @@ constexpr double kFrontOfRadiator_m = 0.02;
 
 bool has_curtain(const RoomLayout& layout, const WallHole& window) {
   const WallFace face = wall_face(layout.room().floor, window.side);
-  return std::any_of(layout.placements().begin(), layout.placements().end(), [&](const Placement& placement) {
+  return std::any_of(layout.placements().begin(), layout.placements().end(), [&](const PlacedFurniture& placement) {
     if (layout.furniture(placement).role != "curtain") return false;
     const Eigen::Vector2d offset = placement.base.center - face.start;
     return std::abs(offset.dot(face.along) - window.center_m) < window.width_m / 2 + 0.6 && offset.dot(face.inward) < 0.3;

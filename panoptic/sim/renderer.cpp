@@ -50,7 +50,7 @@ Vec3f sky(const Vec3f& direction) {
 }
 
 // Texels of the original texture per metre on the surface; 0 for a triangle without area.
-float texel_density(const Model& model, std::size_t triangle, const Texture& texture, float world_area2) {
+float texel_density(const SceneModel& model, std::size_t triangle, const Texture& texture, float world_area2) {
   const auto& [a, b, c] = model.triangles[triangle];
   const Eigen::Vector2f edge_b = model.uvs[b] - model.uvs[a];
   const Eigen::Vector2f edge_c = model.uvs[c] - model.uvs[a];
@@ -120,7 +120,7 @@ void Renderer::State::measure_triangles() {
     const float area2 = normal.norm();
     normals.emplace_back(area2 > 0 ? Vec3f(normal / area2) : Vec3f(Vec3f::Zero()));
     const SurfaceOrigin& origin = surfaces.origins[t];
-    const Model& model = scene.models[scene.objects[origin.object].model];
+    const SceneModel& model = scene.models[scene.objects[origin.object].model];
     const std::int32_t texture = paints[model.material_of[origin.triangle]].texture;
     densities.push_back(texture < 0 ? 0 : texel_density(model, origin.triangle, textures[texture], area2));
   }
@@ -128,7 +128,7 @@ void Renderer::State::measure_triangles() {
 
 Vec3f Renderer::State::color_at(std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind, float footprint_m) const {
   const SurfaceOrigin& origin = surfaces.origins[triangle];
-  const Model& model = scene.models[scene.objects[origin.object].model];
+  const SceneModel& model = scene.models[scene.objects[origin.object].model];
   const Paint& paint = paints[model.material_of[origin.triangle]];
   Vec3f color = paint.color;
   if (paint.texture >= 0) {

@@ -81,9 +81,9 @@ std::optional<std::size_t> RoomLayout::find(std::string_view role) const {
   return std::nullopt;
 }
 
-Placement RoomLayout::placement_at(std::size_t index, const Stand& stand) const {
+PlacedFurniture RoomLayout::placement_at(std::size_t index, const Stand& stand) const {
   const Furniture& it = catalogue_.furniture()[index];
-  Placement placement;
+  PlacedFurniture placement;
   placement.furniture = index;
   placement.scale = stand.scale;
   const Vec3d size_m = it.size_m.cwiseProduct(stand.scale).cast<double>();
@@ -99,7 +99,7 @@ bool RoomLayout::is_free(const FloorRect& area, double low_m, double high_m, std
   const Eigen::AlignedBox2d& floor = room().floor;
   if ((box.min() - floor.min()).minCoeff() < -1e-6 || (floor.max() - box.max()).minCoeff() < -1e-6) return false;
   for (std::size_t i = 0; i < placements_.size(); ++i) {
-    const Placement& other = placements_[i];
+    const PlacedFurniture& other = placements_[i];
     const bool is_apart = other.top_m() <= low_m + 1e-3 || other.bottom_m >= high_m - 1e-3;
     if (partner == i || is_apart) continue;
     if (overlap(other.base, area)) return false;
@@ -107,7 +107,7 @@ bool RoomLayout::is_free(const FloorRect& area, double low_m, double high_m, std
   return true;
 }
 
-bool RoomLayout::keeps_zones_free(const Placement& placement) const {
+bool RoomLayout::keeps_zones_free(const PlacedFurniture& placement) const {
   const bool is_small = placement.base.half_m.maxCoeff() * 2 < kSmallFootprint_m;
   return std::none_of(zones_.begin(), zones_.end(), [&](const FreeZone& zone) {
     const bool is_apart = placement.top_m() <= zone.low_m + 1e-3 || placement.bottom_m >= zone.high_m - 1e-3;
@@ -133,7 +133,7 @@ void RoomLayout::block(const FloorRect& rect, std::vector<char>& blocked) const 
   }
 }
 
-bool RoomLayout::keeps_ways(const Placement& placement) const {
+bool RoomLayout::keeps_ways(const PlacedFurniture& placement) const {
   if (placement.bottom_m >= kHead_m) return true;
   std::vector<char> blocked = blocked_;
   block(placement.base, blocked);
@@ -157,7 +157,7 @@ bool RoomLayout::keeps_ways(const Placement& placement) const {
 }
 
 std::optional<std::size_t> RoomLayout::place(std::size_t furniture, const Stand& stand, const std::optional<FreeZone>& zone) {
-  const Placement placement = placement_at(furniture, stand);
+  const PlacedFurniture placement = placement_at(furniture, stand);
   if (!is_free(placement.base, placement.bottom_m, placement.top_m(), placement.partner)) return std::nullopt;
   const bool stands_on_something = placement.partner && placement.bottom_m > 0.2;
   if (!stands_on_something && !keeps_zones_free(placement)) return std::nullopt;
@@ -172,7 +172,7 @@ std::optional<std::size_t> RoomLayout::place(std::size_t furniture, const Stand&
 
 std::size_t RoomLayout::build_in(std::size_t furniture, const Stand& stand) {
   placements_.push_back(placement_at(furniture, stand));
-  const Placement& placement = placements_.back();
+  const PlacedFurniture& placement = placements_.back();
   if (placement.bottom_m < kHead_m) block(placement.base, blocked_);
   return placements_.size() - 1;
 }

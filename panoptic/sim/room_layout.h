@@ -20,7 +20,7 @@ namespace panoptic {
 constexpr double kWay_m = 0.64;  // the width of the way that stays free through a room
 
 // A piece of furniture in its place.
-struct Placement {
+struct PlacedFurniture {
   std::size_t furniture = 0;  // index into the catalogue
   FloorRect base;             // its x axis is the furniture's
   double bottom_m = 0;
@@ -59,8 +59,8 @@ class RoomLayout {
   const Room& room() const { return plan_.rooms[room_]; }
   std::vector<WallHole> holes() const;  // of this room
   const Catalogue& catalogue() const { return catalogue_; }
-  const Furniture& furniture(const Placement& placement) const { return catalogue_.furniture()[placement.furniture]; }
-  const std::vector<Placement>& placements() const { return placements_; }
+  const Furniture& furniture(const PlacedFurniture& placement) const { return catalogue_.furniture()[placement.furniture]; }
+  const std::vector<PlacedFurniture>& placements() const { return placements_; }
   Random& random() { return random_; }
 
   // The furniture of a role in random order; empty if there is none.
@@ -76,16 +76,16 @@ class RoomLayout {
   bool is_free(const FloorRect& area, double low_m, double high_m, std::optional<std::size_t> partner = std::nullopt) const;
 
  private:
-  Placement placement_at(std::size_t index, const Stand& stand) const;
-  bool keeps_zones_free(const Placement& placement) const;
-  bool keeps_ways(const Placement& placement) const;
+  PlacedFurniture placement_at(std::size_t index, const Stand& stand) const;
+  bool keeps_zones_free(const PlacedFurniture& placement) const;
+  bool keeps_ways(const PlacedFurniture& placement) const;
   void block(const FloorRect& rect, std::vector<char>& blocked) const;
 
   const FloorPlan& plan_;
   std::uint32_t room_;
   const Catalogue& catalogue_;
   Random& random_;
-  std::vector<Placement> placements_;
+  std::vector<PlacedFurniture> placements_;
   std::vector<FreeZone> zones_;
   // Cells whose middle is less than half a way from something on the floor.
   int cells_x_ = 0;

@@ -23,7 +23,7 @@ struct Material {
 
 // Triangles in the object's own frame: z up, resting on z = 0, origin below the centre of the footprint, front (the side that
 // people use) towards -y.
-struct Model {
+struct SceneModel {
   std::string name;
   std::vector<Vec3f> positions;
   std::vector<Eigen::Vector2f> uvs;  // one per position; (0, 0) is the texture's top left corner, v runs down; textures repeat
@@ -46,7 +46,7 @@ struct Lamp {
 };
 
 struct Scene {
-  std::vector<Model> models;
+  std::vector<SceneModel> models;
   std::vector<Material> materials;
   std::vector<Image<Rgb>> textures;
   std::vector<SceneObject> objects;

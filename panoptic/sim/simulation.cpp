@@ -70,6 +70,7 @@ std::string Simulation::description() const {
 }
 
 std::size_t Simulation::size() const { return state_->true_path.size(); }
+const std::vector<Pose>& Simulation::true_path() const { return state_->true_path; }
 
 ReadResult Simulation::read(std::size_t position) const {
   Frame frame = simulate(position).frame;

@@ -50,6 +50,7 @@ class Simulation : public Dataset {
 
   const SimulationOptions& options() const;
   const Home& home() const;
+  const std::vector<Pose>& true_path() const;  // world_from_camera of every frame
   const Renderer& renderer() const;
   const Camera& camera() const;  // of depth and colour alike: 640x480, as ScanNet's
 

@@ -64,17 +64,17 @@ double carpet(std::uint64_t seed, int u, int v) {
   return 0.92 + 0.08 * smooth_noise(seed, u, v, 9, 9) + 0.24 * (smooth_noise(seed + 1, u, v, 256, 256) - 0.4);
 }
 
-double brightness(Surface surface, std::uint64_t seed, int u, int v) {
+double brightness(SurfaceFinish surface, std::uint64_t seed, int u, int v) {
   switch (surface) {
-    case Surface::kPlaster:
+    case SurfaceFinish::kPlaster:
       return plaster(seed, u, v);
-    case Surface::kStripes:
+    case SurfaceFinish::kStripes:
       return stripes(seed, u, v);
-    case Surface::kPlanks:
+    case SurfaceFinish::kPlanks:
       return planks(seed, u, v);
-    case Surface::kTiles:
+    case SurfaceFinish::kTiles:
       return tiles(seed, u, v);
-    case Surface::kCarpet:
+    case SurfaceFinish::kCarpet:
       return carpet(seed, u, v);
   }
   return 1;
@@ -82,7 +82,7 @@ double brightness(Surface surface, std::uint64_t seed, int u, int v) {
 
 }  // namespace
 
-Image<Rgb> surface_texture(Surface surface, const Rgb& color, std::uint64_t seed) {
+Image<Rgb> surface_texture(SurfaceFinish surface, const Rgb& color, std::uint64_t seed) {
   Image<Rgb> picture(kSide_px, kSide_px);
   for (int v = 0; v < kSide_px; ++v) {
     for (int u = 0; u < kSide_px; ++u) {

@@ -12,9 +12,9 @@ namespace panoptic {
 
 constexpr double kTextureSide_m = 2.0;
 
-enum class Surface : std::uint8_t { kPlaster, kStripes, kPlanks, kTiles, kCarpet };
+enum class SurfaceFinish : std::uint8_t { kPlaster, kStripes, kPlanks, kTiles, kCarpet };
 
 // 512 x 512 pixels. The colour is the surface's mean; the seed varies grain, planks and tiles.
-Image<Rgb> surface_texture(Surface surface, const Rgb& color, std::uint64_t seed);
+Image<Rgb> surface_texture(SurfaceFinish surface, const Rgb& color, std::uint64_t seed);
 
 }  // namespace panoptic

@@ -17,7 +17,7 @@ constexpr std::size_t kMostTriangles = std::size_t{1} << 30;
 // Also what follows must not overflow: squares of lengths, and integers made of texture coordinates.
 bool is_sane(float value) { return std::abs(value) < 1e6F; }
 
-void check_model(const Scene& scene, const Model& model) {
+void check_model(const Scene& scene, const SceneModel& model) {
   const auto fail = [&](const char* what) { throw Error(fmt::format("the model '{}' {}", model.name, what)); };
   if (model.uvs.size() != model.positions.size()) fail("has another number of texture coordinates than of positions");
   if (model.material_of.size() != model.triangles.size()) fail("has another number of materials than of triangles");
@@ -38,7 +38,7 @@ void check_model(const Scene& scene, const Model& model) {
 }
 
 void check(const Scene& scene) {
-  for (const Model& model : scene.models) check_model(scene, model);
+  for (const SceneModel& model : scene.models) check_model(scene, model);
   for (const Material& material : scene.materials) {
     if (material.texture < 0) continue;
     const auto texture = static_cast<std::size_t>(material.texture);
@@ -81,7 +81,7 @@ Surfaces flatten(const Scene& scene) {
   Surfaces surfaces;
   for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
-    const Model& model = scene.models[object.model];
+    const SceneModel& model = scene.models[object.model];
     const auto first = static_cast<std::uint32_t>(surfaces.positions.size());
     for (const Vec3f& position : model.positions) surfaces.positions.push_back(world_point(object, position));
     for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {

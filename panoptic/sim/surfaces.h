@@ -16,7 +16,7 @@ namespace panoptic {
 // Where a triangle comes from.
 struct SurfaceOrigin {
   std::uint32_t object = 0;    // index into Scene::objects
-  std::uint32_t triangle = 0;  // index into the object's Model::triangles
+  std::uint32_t triangle = 0;  // index into the object's SceneModel::triangles
 };
 
 // Objects in the order of the scene, each with the triangles of its model in the model's order. Flattened rather than

@@ -30,7 +30,7 @@ struct Quad {
   std::array<Eigen::Vector2d, 4> uvs_m;
 };
 
-void append(const Quad& quad, std::uint32_t material, Model& model) {
+void append(const Quad& quad, std::uint32_t material, SceneModel& model) {
   const auto first = static_cast<std::uint32_t>(model.positions.size());
   for (std::size_t i = 0; i < 4; ++i) {
     model.positions.emplace_back(quad.corners[i].cast<float>());
@@ -67,7 +67,7 @@ Quad upright(const Eigen::Vector2d& left, const Eigen::Vector2d& right, Interval
 }
 
 // A wall's face less its holes: columns between the holes, and what is below and above each.
-void append_face(const WallFace& face, std::vector<WallHole> holes, double height_m, std::uint32_t material, Model& model) {
+void append_face(const WallFace& face, std::vector<WallHole> holes, double height_m, std::uint32_t material, SceneModel& model) {
   std::sort(holes.begin(), holes.end(), [](const WallHole& a, const WallHole& b) { return a.center_m < b.center_m; });
   const auto add = [&](Interval along_m, Interval z_m) {
     if (along_m.high - along_m.low < 1e-6 || z_m.high - z_m.low < 1e-6) return;
@@ -86,7 +86,7 @@ void append_face(const WallFace& face, std::vector<WallHole> holes, double heigh
 }
 
 // The four sides of a hole through a wall that is `depth_m` thick; without the bottom for doorways, whose floor is floor.
-void append_reveal(const WallFace& face, const WallHole& hole, double depth_m, std::uint32_t material, Model& model) {
+void append_reveal(const WallFace& face, const WallHole& hole, double depth_m, std::uint32_t material, SceneModel& model) {
   const Eigen::Vector2d left = face.at(hole.low_m());
   const Eigen::Vector2d right = face.at(hole.high_m());
   const Eigen::Vector2d outward = -face.inward * depth_m;
@@ -111,7 +111,7 @@ std::uint32_t add_material(Material material, Scene& scene) {
   return static_cast<std::uint32_t>(scene.materials.size() - 1);
 }
 
-std::uint32_t add_textured(Surface surface, const Rgb& color, std::uint64_t seed, Scene& scene) {
+std::uint32_t add_textured(SurfaceFinish surface, const Rgb& color, std::uint64_t seed, Scene& scene) {
   scene.textures.push_back(surface_texture(surface, color, seed));
   return add_material({kWhite, static_cast<std::int32_t>(scene.textures.size() - 1)}, scene);
 }
@@ -121,10 +121,10 @@ std::uint32_t wall_material(RoomKind kind, Random& random, Scene& scene) {
                                            {206, 214, 224}, {232, 216, 190}, {224, 224, 222}};
   static const std::vector<Rgb> kPapers = {{208, 190, 166}, {176, 194, 188}, {190, 176, 196}, {204, 196, 150}};
   static const std::vector<Rgb> kTileColors = {{222, 228, 230}, {196, 214, 218}, {226, 220, 206}};
-  if (kind == RoomKind::kBathroom) return add_textured(Surface::kTiles, random.pick(kTileColors), random.bits(), scene);
+  if (kind == RoomKind::kBathroom) return add_textured(SurfaceFinish::kTiles, random.pick(kTileColors), random.bits(), scene);
   const bool has_paper = kind != RoomKind::kKitchen && random.chance(0.35);
-  if (has_paper) return add_textured(Surface::kStripes, random.pick(kPapers), random.bits(), scene);
-  return add_textured(Surface::kPlaster, random.pick(kPaints), random.bits(), scene);
+  if (has_paper) return add_textured(SurfaceFinish::kStripes, random.pick(kPapers), random.bits(), scene);
+  return add_textured(SurfaceFinish::kPlaster, random.pick(kPaints), random.bits(), scene);
 }
 
 std::uint32_t floor_material(RoomKind kind, Random& random, Scene& scene) {
@@ -132,14 +132,14 @@ std::uint32_t floor_material(RoomKind kind, Random& random, Scene& scene) {
   static const std::vector<Rgb> kTileColors = {{148, 140, 128}, {120, 124, 128}, {176, 160, 140}};
   static const std::vector<Rgb> kCarpets = {{120, 110, 104}, {92, 104, 124}, {138, 120, 92}};
   if (kind == RoomKind::kBathroom || (kind == RoomKind::kKitchen && random.chance(0.7))) {
-    return add_textured(Surface::kTiles, random.pick(kTileColors), random.bits(), scene);
+    return add_textured(SurfaceFinish::kTiles, random.pick(kTileColors), random.bits(), scene);
   }
   const bool has_carpet = (kind == RoomKind::kBedroom || kind == RoomKind::kOffice) && random.chance(0.4);
-  if (has_carpet) return add_textured(Surface::kCarpet, random.pick(kCarpets), random.bits(), scene);
-  return add_textured(Surface::kPlanks, random.pick(kWoods), random.bits(), scene);
+  if (has_carpet) return add_textured(SurfaceFinish::kCarpet, random.pick(kCarpets), random.bits(), scene);
+  return add_textured(SurfaceFinish::kPlanks, random.pick(kWoods), random.bits(), scene);
 }
 
-void add_object(Model model, ClassId class_id, Scene& scene) {
+void add_object(SceneModel model, ClassId class_id, Scene& scene) {
   if (model.triangles.empty()) return;
   SceneObject object;
   object.model = static_cast<std::uint32_t>(scene.models.size());
@@ -149,8 +149,8 @@ void add_object(Model model, ClassId class_id, Scene& scene) {
   scene.objects.push_back(std::move(object));
 }
 
-Model named(const char* name) {
-  Model model;
+SceneModel named(const char* name) {
+  SceneModel model;
   model.name = name;
   return model;
 }
@@ -178,10 +178,10 @@ void add_room(const Fabric& fabric, std::uint32_t room, Random& random, Scene& s
   const Room& it = plan.rooms[room];
   const std::uint32_t wall_paint = wall_material(it.kind, random, scene);
   const std::uint32_t flooring = floor_material(it.kind, random, scene);
-  Model walls = named("wall");
-  Model floor = named("floor");
-  Model ceiling = named("ceiling");
-  Model reveals = named("window reveal");
+  SceneModel walls = named("wall");
+  SceneModel floor = named("floor");
+  SceneModel ceiling = named("ceiling");
+  SceneModel reveals = named("window reveal");
   append(horizontal(it.floor, 0, true), flooring, floor);
   append(horizontal(it.floor, height_m, false), plain.ceiling, ceiling);
   for (const Side side : {Side::kWest, Side::kEast, Side::kSouth, Side::kNorth}) {
@@ -208,7 +208,7 @@ void add_room(const Fabric& fabric, std::uint32_t room, Random& random, Scene& s
 void add_outside(const Fabric& fabric, Scene& scene) {
   const FloorPlan& plan = fabric.plan;
   const Eigen::AlignedBox2d outside(plan.inside.min().array() - kOuterWall_m, plan.inside.max().array() + kOuterWall_m);
-  Model walls = named("outer wall");
+  SceneModel walls = named("outer wall");
   for (const Side side : {Side::kWest, Side::kEast, Side::kSouth, Side::kNorth}) {
     const WallFace within = wall_face(outside, side);
     const WallFace face{within.at(within.length_m), -within.along, -within.inward, within.length_m};

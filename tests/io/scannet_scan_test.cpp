@@ -100,7 +100,7 @@ TEST(ScannetScan, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.class_id, wrote.class_id);
   EXPECT_THAT(read.instance, ElementsAre(8, 7, 2, 3, 0, 8)) << "stuff without an instance is one above all others";
   EXPECT_EQ(read.names.at(7), "Chair");
-  EXPECT_EQ(read.names.at(3), "otherfurniture") << "a piano is no NYU40 class, so its class is written";
+  EXPECT_EQ(read.names.at(3), "furniture") << "a piano is no NYU40 class, so its class is written";
   EXPECT_THAT(warnings, ElementsAre());
 }
 
@@ -136,7 +136,7 @@ TEST(ScannetScan, TakesTheCategoryMapGivenOrFoundAboveTheScan) {
   std::vector<std::string> warnings;
   EXPECT_THAT(read_scan_truth(folder, {}, &warnings).class_id,
               ElementsAre(ClassId{2}, ClassId{0}, ClassId{6}, ClassId{0}, ClassId{0}, ClassId{2}));
-  EXPECT_THAT(warnings, ElementsAre(HasSubstr("1 labels are no known category and count as not annotated: 'otherfurniture'")));
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("1 labels are no known category and count as not annotated: 'furniture'")));
   write_file(root / "other.tsv", "nyu40id\traw_category\n9\twall\n");
   EXPECT_EQ(read_scan_truth(folder, root / "other.tsv").class_id[0], ClassId{9});
 }

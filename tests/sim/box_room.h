@@ -19,7 +19,7 @@ constexpr ClassId kWindowClass{9};
 constexpr ClassId kCurtainClass{16};
 constexpr ClassId kCrateClass{39};
 
-inline void add_quad(const std::array<Vec3f, 4>& corners, std::uint32_t material, Model& model) {
+inline void add_quad(const std::array<Vec3f, 4>& corners, std::uint32_t material, SceneModel& model) {
   const auto first = static_cast<std::uint32_t>(model.positions.size());
   const float width = (corners[1] - corners[0]).norm();
   const float height = (corners[3] - corners[0]).norm();
@@ -31,7 +31,7 @@ inline void add_quad(const std::array<Vec3f, 4>& corners, std::uint32_t material
 }
 
 // Seen from outside, counter-clockwise.
-inline void add_box(const Vec3f& low, const Vec3f& high, std::uint32_t material, Model& model) {
+inline void add_box(const Vec3f& low, const Vec3f& high, std::uint32_t material, SceneModel& model) {
   const auto at = [&](int x, int y, int z) {
     return Vec3f(x ? high.x() : low.x(), y ? high.y() : low.y(), z ? high.z() : low.z());
   };
@@ -43,7 +43,7 @@ inline void add_box(const Vec3f& low, const Vec3f& high, std::uint32_t material,
   add_quad({at(0, 1, 0), at(1, 1, 0), at(1, 0, 0), at(0, 0, 0)}, material, model);
 }
 
-inline void add_object(Model model, ClassId class_id, std::uint16_t instance, Scene& scene) {
+inline void add_object(SceneModel model, ClassId class_id, std::uint16_t instance, Scene& scene) {
   SceneObject object;
   object.model = static_cast<std::uint32_t>(scene.models.size());
   object.class_id = class_id;
@@ -53,8 +53,8 @@ inline void add_object(Model model, ClassId class_id, std::uint16_t instance, Sc
   scene.objects.push_back(object);
 }
 
-inline Model walls_with_window(std::uint32_t material) {
-  Model walls;
+inline SceneModel walls_with_window(std::uint32_t material) {
+  SceneModel walls;
   walls.name = "wall";
   add_quad({Vec3f(4, 0, 0), Vec3f(0, 0, 0), Vec3f(0, 0, 2.5F), Vec3f(4, 0, 2.5F)}, material, walls);
   add_quad({Vec3f(0, 0, 0), Vec3f(0, 3, 0), Vec3f(0, 3, 2.5F), Vec3f(0, 0, 2.5F)}, material, walls);
@@ -66,8 +66,8 @@ inline Model walls_with_window(std::uint32_t material) {
   return walls;
 }
 
-inline Model table(std::uint32_t material) {
-  Model model;
+inline SceneModel table(std::uint32_t material) {
+  SceneModel model;
   model.name = "table";
   add_box({-0.6F, -0.4F, 0.7F}, {0.6F, 0.4F, 0.74F}, material, model);
   for (const float x : {-0.55F, 0.5F}) {
@@ -89,17 +89,17 @@ inline Scene box_room() {
   scene.textures = {checkers({150, 100, 60}, {120, 80, 50})};
   scene.materials = {{{230, 225, 215}, -1}, {{255, 255, 255}, 0}, {{160, 60, 40}, -1}, {{30, 30, 34}, -1}};
   add_object(walls_with_window(0), kWallClass, 0, scene);
-  Model floor;
+  SceneModel floor;
   floor.name = "floor";
   add_quad({Vec3f(0, 0, 0), Vec3f(4, 0, 0), Vec3f(4, 3, 0), Vec3f(0, 3, 0)}, 1, floor);
   add_object(floor, kFloorClass, 0, scene);
-  Model ceiling;
+  SceneModel ceiling;
   ceiling.name = "ceiling";
   add_quad({Vec3f(0, 3, 2.5F), Vec3f(4, 3, 2.5F), Vec3f(4, 0, 2.5F), Vec3f(0, 0, 2.5F)}, 0, ceiling);
   add_object(ceiling, ClassId::kUnknown, 0, scene);
   add_object(table(2), kTableClass, 1, scene);
   scene.objects.back().world_from_object.translation() = Vec3d(1.2, 1.5, 0);
-  Model crate;
+  SceneModel crate;
   crate.name = "crate";
   add_box({-0.5F, -0.5F, 0}, {0.5F, 0.5F, 1}, 3, crate);
   add_object(crate, kCrateClass, 2, scene);

@@ -101,7 +101,7 @@ TEST(Catalogue, RolesAreFoundInTheOrderOfTheTable) {
 }
 
 // How much of the footprint is covered by level surface within 1.5 cm of the top.
-double level_top(const Model& model, const Vec3f& size_m) {
+double level_top(const SceneModel& model, const Vec3f& size_m) {
   double area_m2 = 0;
   for (const auto& [a, b, c] : model.triangles) {
     const Vec3f& p = model.positions[a];
@@ -113,7 +113,7 @@ double level_top(const Model& model, const Vec3f& size_m) {
 }
 
 // Where along y the upper third's surface lies, on average.
-double back_of(const Model& model, const Vec3f& size_m) {
+double back_of(const SceneModel& model, const Vec3f& size_m) {
   double moment = 0;
   double area = 0;
   for (const auto& [a, b, c] : model.triangles) {
@@ -127,7 +127,7 @@ double back_of(const Model& model, const Vec3f& size_m) {
 }
 
 void expect_sound(const Scene& scene, const Furniture& furniture) {
-  const Model& model = scene.models.back();
+  const SceneModel& model = scene.models.back();
   ASSERT_EQ(model.uvs.size(), model.positions.size());
   ASSERT_EQ(model.material_of.size(), model.triangles.size());
   EXPECT_LE(model.triangles.size(), 65000U);

@@ -57,7 +57,7 @@ class Hash {
 
 std::uint64_t hash_of(const Home& home) {
   Hash hash;
-  for (const Model& model : home.scene.models) {
+  for (const SceneModel& model : home.scene.models) {
     hash.add(model.name.data(), model.name.size());
     hash.add(model.positions);
     hash.add(model.uvs);
@@ -276,7 +276,7 @@ TEST(Home, OpensItsWallsExactlyWhereDoorsAndWindowsAre) {
   const Home& home = homes()[2];
   const double scene_area_m2 = [&] {
     double area_m2 = 0;
-    const Model& walls = home.scene.models[home.scene.objects[0].model];
+    const SceneModel& walls = home.scene.models[home.scene.objects[0].model];
     for (const auto& [a, b, c] : walls.triangles) {
       const Vec3f& p = walls.positions[a];
       const Vec3f normal = (walls.positions[b] - p).cross(walls.positions[c] - p);

@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 const Vec3f kSize(0.8F, 0.4F, 1.1F);
 
-Eigen::AlignedBox3f box_of(const Model& model) {
+Eigen::AlignedBox3f box_of(const SceneModel& model) {
   Eigen::AlignedBox3f box;
   for (const Vec3f& p : model.positions) box.extend(p);
   return box;
@@ -41,7 +41,7 @@ TEST(Parametric, EveryShapeFillsItsSizeAndStandsOnTheFloor) {
 TEST(Parametric, EveryIndexIsInRangeAndNoTriangleIsBroken) {
   for (const std::string& shape : parametric_shapes()) {
     const ModelAsset asset = make_parametric({shape, kSize, {200, 150, 100}, 1});
-    const Model& model = asset.model;
+    const SceneModel& model = asset.model;
     ASSERT_EQ(model.uvs.size(), model.positions.size()) << shape;
     ASSERT_EQ(model.material_of.size(), model.triangles.size()) << shape;
     EXPECT_LT(model.triangles.size(), 6000U) << shape;

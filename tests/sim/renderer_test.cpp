@@ -129,9 +129,9 @@ TEST(Renderer, GivesTheSamePictureAtAnyThreadCount) {
 }
 
 // Part of a barrel that lies along y, of facets that are narrower than the lattice of large triangles.
-Model barrel() {
+SceneModel barrel() {
   constexpr int kFacets = 12;
-  Model model;
+  SceneModel model;
   model.name = "barrel";
   for (int i = 0; i < kFacets; ++i) {
     const auto at = [](int k, float y) {
@@ -206,7 +206,7 @@ TEST(Renderer, SunFallsThroughTheWindowAndTheTableThrowsAShadow) {
 
 TEST(Renderer, SunPassesWindowPanesButNotCurtains) {
   Scene scene = box_room();
-  Model pane;
+  SceneModel pane;
   pane.name = "pane";
   test::add_quad({Vec3f(4, 2.2F, 0.9F), Vec3f(4, 0.8F, 0.9F), Vec3f(4, 0.8F, 2.1F), Vec3f(4, 2.2F, 2.1F)}, 0, pane);
   test::add_object(pane, test::kWindowClass, 3, scene);

@@ -68,6 +68,15 @@ class Checks(unittest.TestCase):
             self.assertEqual(code, 1, what)
             self.assertIn(what, message)
 
+    def test_style_finds_a_type_that_two_headers_define(self):
+        one = self.write("one.h", LICENCE + "#pragma once\nstruct Surface {\n};\n")
+        two = self.write("two.h", LICENCE + "#pragma once\nenum class Surface : int { kA };\n")
+        other = self.write("other.h", LICENCE + "#pragma once\nstruct Surface;\n")
+        self.assertEqual(run("check_style.py", one, other)[0], 0)
+        code, message = run("check_style.py", one, two)
+        self.assertEqual(code, 1)
+        self.assertIn("the type Surface is defined in one.h too", message)
+
 
 if __name__ == "__main__":
     unittest.main()
