@@ -47,31 +47,53 @@ struct ColorFilter::Centers {
   std::array<std::vector<float>, 6> axes;  // x y z red green blue
 };
 
-// Clusters that may be within reach, side by side.
-struct Candidates {
-  std::array<std::vector<float>, 6> axes;
-  std::vector<std::uint32_t> clusters;
-
-  std::size_t count() const { return clusters.size(); }
+// Clusters that follow each other: those of some cells of a row.
+struct ClusterRange {
+  std::uint32_t first;
+  std::uint32_t past;
 };
 
 // External linkage on purpose: GCC's target_clones need it.
 namespace kernels {
 
-void pair_weights(const Candidates& candidates, const std::array<float, 6>& center, float* weights);
+struct PairWork {
+  std::array<const float*, 6> axes;  // of all clusters, and eight values more
+  std::size_t cluster;
+  std::span<const ClusterRange> candidates;
+  float least;           // weights up to this are left out
+  std::uint32_t* found;  // two numbers per pair, the cluster and the bits of the weight; room for all candidates and eight more
+};
+
+// Returns how many pairs were found.
+std::size_t find_pairs(const PairWork& work);
 void sum_pairs_8(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
 void sum_pairs_16(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
 
 PANOPTIC_CLONES
-void pair_weights(const Candidates& candidates, const std::array<float, 6>& center, float* weights) {
-  const std::size_t count = candidates.count();
-  std::fill(weights, weights + count, 0.0F);
-  for (std::size_t a = 0; a < 6; ++a) {
-    const float* axis = candidates.axes[a].data();
-    const float middle = center[a];
-    for (std::size_t i = 0; i < count; ++i) weights[i] += (axis[i] - middle) * (axis[i] - middle);
+std::size_t find_pairs(const PairWork& work) {
+  std::size_t count = 0;
+  for (const ClusterRange range : work.candidates) {
+    for (std::size_t first = range.first; first < range.past; first += kLanes) {
+      Lanes squares = {};
+      for (const float* axis : work.axes) {
+        Lanes difference;
+        std::memcpy(&difference, axis + first, sizeof difference);
+        difference -= axis[work.cluster];
+        squares += difference * difference;
+      }
+      Lanes weight = -squares;
+      fast_exp(weight);
+      float weights[kLanes];
+      std::memcpy(weights, &weight, sizeof weights);
+      const std::size_t lanes = range.past - first < kLanes ? range.past - first : kLanes;
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        work.found[2 * count] = static_cast<std::uint32_t>(first + lane);
+        work.found[2 * count + 1] = std::bit_cast<std::uint32_t>(weights[lane]);
+        count += weights[lane] > work.least ? 1 : 0;
+      }
+    }
   }
-  for (std::size_t i = 0; i < count; ++i) weights[i] = fast_exp(-weights[i]);
+  return count;
 }
 
 template <std::size_t kWidth>
@@ -156,16 +178,16 @@ void ColorFilter::form_clusters(std::span<const GridPoint> points, std::span<con
     }
   }
   centers.first_of.push_back(static_cast<std::uint32_t>(member_ends_.size()));
+  for (auto& axis : centers.axes) axis.insert(axis.end(), kLanes, 0.0F);  // read, but never used
 }
 
 // The clusters of the cells within reach of a cell.
-void ColorFilter::collect(const Centers& centers, GridPoint at, float reach_cells, Candidates& candidates) {
+void ColorFilter::collect(const Centers& centers, GridPoint at, float reach_cells, std::vector<ClusterRange>& ranges) {
   // Clusters within the reach lie in cells at most one cell farther apart.
   const auto squared_reach = static_cast<std::int32_t>((reach_cells + 1) * (reach_cells + 1));
   const auto reach = static_cast<std::int32_t>(reach_cells + 1);
   const GridPoint size = centers.cells.box().size;
-  for (auto& axis : candidates.axes) axis.clear();
-  candidates.clusters.clear();
+  ranges.clear();
   for (std::int32_t z = std::max(0, at.z - reach); z <= std::min(size.z - 1, at.z + reach); ++z) {
     for (std::int32_t y = std::max(0, at.y - reach); y <= std::min(size.y - 1, at.y + reach); ++y) {
       const std::int32_t left = squared_reach - (z - at.z) * (z - at.z) - (y - at.y) * (y - at.y);
@@ -176,36 +198,31 @@ void ColorFilter::collect(const Centers& centers, GridPoint at, float reach_cell
       // The cells of a row are numbered one after the other, and so are their clusters.
       const std::uint32_t first = centers.first_of[centers.cells.rank(low)];
       const std::uint32_t past = centers.first_of[centers.cells.rank(high) + (centers.cells.contains(high) ? 1U : 0U)];
-      for (std::size_t a = 0; a < 6; ++a) {
-        candidates.axes[a].insert(candidates.axes[a].end(), centers.axes[a].begin() + first, centers.axes[a].begin() + past);
-      }
-      for (std::uint32_t c = first; c < past; ++c) candidates.clusters.push_back(c);
+      if (first < past) ranges.push_back({first, past});
     }
   }
 }
 
-void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const Ranges& ranges) {
+void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const Ranges& threads) {
   pairs_.resize((cluster_count() + kGrain - 1) / kGrain);
-  ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
+  threads.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     Pairs& piece = pairs_[begin / kGrain];
-    Candidates candidates;
-    std::vector<float> weights;
+    std::vector<ClusterRange> candidates;
     std::vector<Pair> found;
-    const float least = std::exp(-kFarthest);
+    kernels::PairWork work{{}, 0, {}, static_cast<float>(std::exp(-double{kFarthest})), nullptr};
+    for (std::size_t a = 0; a < 6; ++a) work.axes[a] = centers.axes[a].data();
     for (std::size_t c = begin; c < end; ++c) {
-      if (c == begin || !(centers.cell_of[c] == centers.cell_of[c - 1]))
+      if (c == begin || !(centers.cell_of[c] == centers.cell_of[c - 1])) {
         collect(centers, centers.cell_of[c], reach_cells, candidates);
-      std::array<float, 6> center{};
-      for (std::size_t a = 0; a < 6; ++a) center[a] = centers.axes[a][c];
-      weights.resize(std::max(weights.size(), candidates.count()));
-      found.resize(std::max(found.size(), candidates.count() + 1));
-      kernels::pair_weights(candidates, center, weights.data());
-      std::size_t kept = 0;
-      for (std::size_t k = 0; k < candidates.count(); ++k) {
-        found[kept] = {candidates.clusters[k], std::bit_cast<std::uint32_t>(weights[k])};
-        kept += weights[k] > least ? 1 : 0;
+        std::size_t room = kLanes;
+        for (const ClusterRange& range : candidates) room += range.past - range.first;
+        found.resize(std::max(found.size(), room));
+        work.candidates = candidates;
+        work.found = &found[0].cluster;
       }
-      piece.pairs.insert(piece.pairs.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept));
+      work.cluster = c;
+      const auto count = static_cast<std::ptrdiff_t>(kernels::find_pairs(work));
+      piece.pairs.insert(piece.pairs.end(), found.begin(), found.begin() + count);
       piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));
     }
   });
@@ -213,8 +230,8 @@ void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const
 
 const float* ColorFilter::apply(const ScaledRows& in, RowWidth row_width, ColorScratch& scratch, const Ranges& ranges) const {
   const auto width = static_cast<std::size_t>(row_width);
-  scratch.sums.resize(cluster_count() * width);
-  scratch.blurred.resize(cluster_count() * width);
+  scratch.sums.resize(std::max(scratch.sums.size(), cluster_count() * width));
+  scratch.blurred.resize(std::max(scratch.blurred.size(), cluster_count() * width));
   ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::size_t m = begin == 0 ? 0 : member_ends_[begin - 1];
     for (std::size_t k = begin; k < end; ++k) {

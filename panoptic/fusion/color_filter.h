@@ -19,7 +19,7 @@
 
 namespace panoptic {
 
-struct Candidates;
+struct ClusterRange;
 
 using VoxelColor = std::array<float, 3>;  // 0..255
 
@@ -60,10 +60,10 @@ class ColorFilter {
   };
   struct Centers;
 
-  static void collect(const Centers& centers, GridPoint at, float reach_cells, Candidates& candidates);
+  static void collect(const Centers& centers, GridPoint at, float reach_cells, std::vector<ClusterRange>& ranges);
   void form_clusters(std::span<const GridPoint> points, std::span<const VoxelColor> colors, const ColorFilterSettings& settings,
                      std::span<const GridPoint> cells, Centers& centers);
-  void pair_clusters(const Centers& centers, float reach_cells, const Ranges& ranges);
+  void pair_clusters(const Centers& centers, float reach_cells, const Ranges& threads);
 
   std::vector<std::uint32_t> cluster_of_;   // by voxel
   std::vector<std::uint32_t> members_;      // voxels, cluster after cluster

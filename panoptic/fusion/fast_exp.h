@@ -6,6 +6,9 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
+
+#include "panoptic/fusion/lanes.h"
 
 namespace panoptic {
 
@@ -26,6 +29,28 @@ namespace panoptic {
   p = p * r + 1.0F;
   p = p * r + 1.0F;
   return p * std::bit_cast<float>((n + 127) << 23);
+}
+
+// The same bits, eight at once.
+[[gnu::always_inline]] inline void fast_exp(Lanes& x) {
+  using Integers [[gnu::vector_size(32)]] = std::int32_t;
+  constexpr float kLog2E = 1.44269504F;
+  const Lanes lowest = Lanes{} - 87.0F;
+  const Lanes held = x > lowest ? x : lowest;
+  const Integers n = __builtin_convertvector(held * kLog2E - 0.5F, Integers);
+  const Lanes whole = __builtin_convertvector(n, Lanes);
+  const Lanes r = held - whole * 0.693359375F - whole * -2.12194440e-4F;
+  Lanes p = Lanes{} + 1.0F / 720;
+  p = p * r + 1.0F / 120;
+  p = p * r + 1.0F / 24;
+  p = p * r + 1.0F / 6;
+  p = p * r + 0.5F;
+  p = p * r + 1.0F;
+  p = p * r + 1.0F;
+  const Integers exponent = (n + 127) << 23;
+  Lanes power;
+  std::memcpy(&power, &exponent, sizeof power);
+  x = p * power;
 }
 
 }  // namespace panoptic

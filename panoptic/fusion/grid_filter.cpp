@@ -14,6 +14,19 @@ namespace {
 
 constexpr std::uint32_t kNone = GridFilter::kNone;
 
+// The places where values are needed between a pass along `axis` and passes along the other two, in either order: those within
+// reach of a point along the axis which are also within reach of a point along the others.
+BitGrid places_along(const BitGrid& points, int axis, std::int32_t radius) {
+  BitGrid along = points;
+  along.dilate(axis, radius);
+  BitGrid across = points;
+  for (int other = 0; other < 3; ++other) {
+    if (other != axis) across.dilate(other, radius);
+  }
+  along.intersect(across);
+  return along;
+}
+
 }  // namespace
 
 // External linkage on purpose: GCC's target_clones need it.
@@ -85,23 +98,20 @@ GridFilter::GridFilter(std::span<const GridPoint> points, float sigma) {
   const GridBox box = box_around(points);
   BitGrid grid(box);
   for (const GridPoint& p : points) grid.set({p.x - box.origin.x, p.y - box.origin.y, p.z - box.origin.z});
-  BitGrid near_x = grid;
-  near_x.dilate(0, radius);
-  BitGrid near_z = grid;
-  near_z.dilate(2, radius);
-  BitGrid after_x = near_z;
-  after_x.dilate(1, radius);
-  after_x.intersect(near_x);
-  BitGrid after_y = near_x;
-  after_y.dilate(1, radius);
-  after_y.intersect(near_z);
   counts_[0] = grid.number_points();
-  counts_[1] = after_x.number_points();
-  counts_[2] = after_y.number_points();
   PANOPTIC_ASSERT(counts_[0] == points.size());
-  passes_[0] = make_pass(grid, after_x, 0);
-  passes_[1] = make_pass(after_x, after_y, 1);
-  passes_[2] = make_pass(after_y, grid, 2);
+  // The axis that would need the most places between comes second: there it needs none of its own.
+  BitGrid between[3] = {places_along(grid, 0, radius), places_along(grid, 1, radius), places_along(grid, 2, radius)};
+  std::size_t counts[3];
+  for (std::size_t a = 0; a < 3; ++a) counts[a] = between[a].number_points();
+  const auto middle = static_cast<int>(std::max_element(counts, counts + 3) - counts);
+  const int first = middle == 0 ? 1 : 0;
+  const int last = 3 - middle - first;
+  counts_[1] = counts[first];
+  counts_[2] = counts[last];
+  passes_[0] = make_pass(grid, between[first], first);
+  passes_[1] = make_pass(between[first], between[last], middle);
+  passes_[2] = make_pass(between[last], grid, last);
 }
 
 // Appends the line that runs through `p` along an axis.
@@ -163,11 +173,12 @@ void GridFilter::run(const Pass& pass, const ScaledRows& in, float* out, RowWidt
 
 void GridFilter::apply(const ScaledRows& in, float* out, RowWidth row_width, GridScratch& scratch, const Ranges& ranges) const {
   const auto width = static_cast<std::size_t>(row_width);
-  scratch.after_x.resize(counts_[1] * width);
-  scratch.after_y.resize(counts_[2] * width);
-  run(passes_[0], in, scratch.after_x.data(), row_width, ranges);
-  run(passes_[1], {scratch.after_x.data(), width, nullptr}, scratch.after_y.data(), row_width, ranges);
-  run(passes_[2], {scratch.after_y.data(), width, nullptr}, out, row_width, ranges);
+  // They only grow: narrower rows leave the rest unused, wider ones later need not be cleared again.
+  scratch.first.resize(std::max(scratch.first.size(), counts_[1] * width));
+  scratch.second.resize(std::max(scratch.second.size(), counts_[2] * width));
+  run(passes_[0], in, scratch.first.data(), row_width, ranges);
+  run(passes_[1], {scratch.first.data(), width, nullptr}, scratch.second.data(), row_width, ranges);
+  run(passes_[2], {scratch.second.data(), width, nullptr}, out, row_width, ranges);
 }
 
 std::size_t GridFilter::memory_bytes() const {

@@ -4,8 +4,8 @@
 // Sums over the points of a sparse voxel grid, weighted by a Gaussian of their distance: k2 of the paper (Eq. 16). Exact but for
 // the truncation at 3.5 sigma along each axis, because a Gaussian is the product of three along the axes.
 //
-// Passing along x, then y, then z needs values between the points. Only those between points are kept: after x the places within
-// reach of a point along x that a point can still be reached from along y and z, after y likewise.
+// Passing along one axis after the other needs values between the points. Only those between points are kept, and the axis that
+// would need the most of them is taken in the middle: for a wall that is about one place more per point.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,8 @@ struct ScaledRows {
 
 // Scratch of GridFilter::apply, kept between calls.
 struct GridScratch {
-  std::vector<float> after_x;
-  std::vector<float> after_y;
+  std::vector<float> first;  // after the first pass
+  std::vector<float> second;
 };
 
 class GridFilter {
@@ -47,9 +47,8 @@ class GridFilter {
   void apply(const ScaledRows& in, float* out, RowWidth width, GridScratch& scratch, const Ranges& ranges) const;
 
   std::size_t memory_bytes() const;
-  // Points after each pass; scratch takes a row for each of the first two.
-  std::size_t count_after_x() const { return counts_[1]; }
-  std::size_t count_after_y() const { return counts_[2]; }
+  // Places between the passes; scratch takes a row for each.
+  std::size_t places_between() const { return counts_[1] + counts_[2]; }
 
   static constexpr float kTruncation = 3.5F;  // sigmas
 
@@ -78,7 +77,7 @@ class GridFilter {
 
   std::vector<float> taps_;  // 0 .. radius
   Pass passes_[3];
-  std::size_t counts_[3] = {};  // points, and after x and after y
+  std::size_t counts_[3] = {};  // points, and places after the first and the second pass
 };
 
 }  // namespace panoptic

@@ -16,22 +16,18 @@ using Lanes [[gnu::vector_size(32)]] = float;
 // A row of 8 or 16 labels.
 template <std::size_t kWidth>
 struct LaneRow {
-  static constexpr std::size_t kParts = kWidth / kLanes;
-  Lanes parts[kParts];
+  using Values [[gnu::vector_size(kWidth * sizeof(float))]] = float;
+  Values values;
 
-  [[gnu::always_inline]] void clear() {
-    for (Lanes& part : parts) part = Lanes{};
-  }
-  [[gnu::always_inline]] void load(const float* from) { std::memcpy(parts, from, sizeof parts); }
-  [[gnu::always_inline]] void store(float* to) const { std::memcpy(to, parts, sizeof parts); }
-  [[gnu::always_inline]] void scale(float factor) {
-    for (Lanes& part : parts) part *= factor;
-  }
+  [[gnu::always_inline]] void clear() { values = Values{}; }
+  [[gnu::always_inline]] void load(const float* from) { std::memcpy(&values, from, sizeof values); }
+  [[gnu::always_inline]] void store(float* to) const { std::memcpy(to, &values, sizeof values); }
+  [[gnu::always_inline]] void scale(float factor) { values *= factor; }
   // += factor * row
   [[gnu::always_inline]] void add(float factor, const float* row) {
     LaneRow other;
     other.load(row);
-    for (std::size_t p = 0; p < kParts; ++p) parts[p] += factor * other.parts[p];
+    values += factor * other.values;
   }
   // += factor * (row + other row)
   [[gnu::always_inline]] void add(float factor, const float* row, const float* other_row) {
@@ -39,7 +35,7 @@ struct LaneRow {
     LaneRow other;
     one.load(row);
     other.load(other_row);
-    for (std::size_t p = 0; p < kParts; ++p) parts[p] += factor * (one.parts[p] + other.parts[p]);
+    values += factor * (one.values + other.values);
   }
 };
 

@@ -100,10 +100,11 @@ MeanField::MeanField(const CrfGraph& graph, const MeanFieldSettings& settings, R
     grid_norm_[i] = inverse_root(grid_sums_[i * kLanes]);
     color_norm_[i] = inverse_root(color_sums[color_filter_.cluster_of()[i] * kLanes]);
   }
-  const auto others = static_cast<float>(graph.all_labels) - 1.0F;
+  // In double: rounded to float it is the same whichever of its variants for this CPU the library takes.
+  const double others = static_cast<double>(graph.all_labels) - 1;
   for (std::size_t i = 0; i < count; ++i) {
-    const float p = graph.probabilities[i];
-    head_start_[i] = others < 1.0F ? 0.0F : std::log(p * others / (1.0F - p));
+    const double p = graph.probabilities[i];
+    head_start_[i] = others < 1 ? 0.0F : static_cast<float>(std::log(p * others / (1 - p)));
   }
   rows_.assign(count * stride_, 0.0F);
   normalise_rows();
@@ -121,7 +122,7 @@ void MeanField::iterate() {
 // Marginals of some labels to their messages, in place: no label's message depends on another label.
 void MeanField::pass_messages(std::size_t first_label, RowWidth row_width) {
   const auto width = static_cast<std::size_t>(row_width);
-  grid_sums_.resize(graph_.size() * width);
+  grid_sums_.resize(std::max(grid_sums_.size(), graph_.size() * width));
   const float* q = rows_.data() + first_label;
   grid_filter_.apply({q, stride_, grid_norm_.data()}, grid_sums_.data(), row_width, grid_scratch_, ranges_);
   const float* color_sums = color_filter_.apply({q, stride_, color_norm_.data()}, row_width, color_scratch_, ranges_);
@@ -157,9 +158,8 @@ MeanField::Best MeanField::best(std::size_t voxel) const {
 }
 
 std::size_t MeanField::memory_bytes() const {
-  const std::size_t floats = 3 * graph_.size() + rows_.capacity() + grid_sums_.capacity() + grid_scratch_.after_x.capacity() +
-                             grid_scratch_.after_y.capacity() + color_scratch_.sums.capacity() +
-                             color_scratch_.blurred.capacity();
+  const std::size_t floats = 3 * graph_.size() + rows_.capacity() + grid_sums_.capacity() + grid_scratch_.first.capacity() +
+                             grid_scratch_.second.capacity() + color_scratch_.sums.capacity() + color_scratch_.blurred.capacity();
   return floats * sizeof(float) + grid_filter_.memory_bytes() + color_filter_.memory_bytes();
 }
 

@@ -116,6 +116,79 @@ TEST(Session, AFrameWithoutAPredictionAddsGeometryOnly) {
   for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, PanopticId::kUnknown);
 }
 
+// As `segmented`, but a tenth of the pixels says something else.
+Segmentation noisy(const Frame& frame) {
+  Segmentation s = segmented(frame);
+  std::uint32_t state = static_cast<std::uint32_t>(frame.index) * 747796405U + 1;
+  for (int v = 0; v < frame.depth.height(); ++v) {
+    for (int u = 0; u < frame.depth.width(); ++u) {
+      state = state * 1664525U + 1013904223U;
+      if (state >> 24 < 26) s.segment_at(u, v) = static_cast<std::uint16_t>(state >> 8 & 1);
+    }
+  }
+  return s;
+}
+
+TEST(Session, RegularizesEverySoManyFramesAndWhenAsked) {
+  Options options;
+  options.regularizer.every_frames = 4;
+  Session session(options, test::test_labels());
+  for (int i = 0; i < 10; ++i) session.add(orbit_frame(i), noisy(orbit_frame(i)));
+  EXPECT_EQ(session.profile().stages().at("regularize").count(), 2U);
+  session.regularize();
+  EXPECT_EQ(session.profile().stages().at("regularize").count(), 3U);
+
+  options.regularizer.enabled = false;
+  Session without(options, test::test_labels());
+  for (int i = 0; i < 10; ++i) without.add(orbit_frame(i), noisy(orbit_frame(i)));
+  const std::uint64_t hash = without.map().hash();
+  without.regularize();
+  EXPECT_EQ(without.map().hash(), hash);
+  EXPECT_EQ(without.profile().stages().count("regularize"), 0U);
+}
+
+TEST(Session, WithRegularizationTheMapIsTheSameAtAnyThreadCount) {
+  std::uint64_t hashes[3];
+  for (const std::size_t k : {0U, 1U, 2U}) {
+    set_thread_count(static_cast<int>(k) * 2 + 1);
+    Options options;
+    options.regularizer.every_frames = 3;
+    Session session(options, test::test_labels());
+    for (int i = 0; i < 40; i += 4) session.add(orbit_frame(i), noisy(orbit_frame(i)));
+    session.regularize();
+    hashes[k] = session.map().hash();
+  }
+  set_thread_count(0);
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Session, ObjectsThatTheRegularizerTakesTheLastVoxelOfAreForgotten) {
+  Options options;
+  options.regularizer.w1 = 10;
+  options.regularizer.w2 = 15;
+  options.regularizer.band_voxels = 4;
+  Session session(options, test::test_labels());
+  for (int i = 0; i < 40; i += 4) {
+    const Frame frame = orbit_frame(i);
+    Segmentation s = segmented(frame);
+    if (i == 4) {  // a speck on the floor, seen once
+      s.segments.push_back({ClassId{3}, 0.9F, {}});
+      s.segment_at(5, 100) = s.segment_at(6, 100) = 3;
+    }
+    session.add(frame, s);
+  }
+  session.regularize();
+  const std::vector<bool> used = ids_in_use(session.map());
+  std::size_t alive = 0;
+  for (std::size_t id = session.labels().first_thing(); id < used.size(); ++id) {
+    const bool known = session.objects().find(static_cast<PanopticId>(id)) != nullptr;
+    EXPECT_EQ(known, used[id]) << id;
+    alive += known ? 1 : 0;
+  }
+  EXPECT_GE(alive, 1U);
+}
+
 // A small frame whose detections never find a hold: every pixel is a segment of its own, seen once and outvoted at once.
 Frame tiny_frame() {
   const Camera camera{16, 12, 14, 14, 8, 6};
