@@ -102,6 +102,8 @@ Arguments parse_arguments(int argc, char** argv) {
 
   CLI::App* benchmark = app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts");
   benchmark->add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
+  benchmark->add_option("--group", a.group,
+                        "answer this question alone, named as the report names it: 'Regularizer', 'Voxel size' ...");
   benchmark->add_option("-o,--output", a.output, "folder for report.md, report.json and charts")->required();
   benchmark->add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
 

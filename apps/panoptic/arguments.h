@@ -52,6 +52,7 @@ struct Arguments {
   std::string variant = "pq-scannet20";
   // benchmark
   bool quick = false;
+  std::string group;
 };
 
 // Prints help or the version when asked. Throws UsageError.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
@@ -26,7 +27,8 @@ const std::array<Floor, 4> kQuickFloors{
 int benchmark(const Arguments& arguments) {
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const Study study = arguments.quick ? quick_study() : full_study();
+  Study study = arguments.quick ? quick_study() : full_study();
+  if (!arguments.group.empty()) study = only(std::move(study), arguments.group);
   watch_for_interrupt();
   fmt::print("{} homes under {} settings\n", study.experiment.homes.size(), study.experiment.settings.size());
   std::fflush(stdout);
@@ -47,7 +49,7 @@ int benchmark(const Arguments& arguments) {
   write_report(arguments.output, study, outcomes);
   fmt::print("\n{}\ndone in {:.0f} s, peak {:.0f} MB\nlook at   {}/report.md and the charts beside it\n",
              markdown(study, outcomes), stopwatch.seconds(), peak_rss_mb(), arguments.output);
-  if (!arguments.quick) return kDone;
+  if (!arguments.quick || !arguments.group.empty()) return kDone;
   const std::vector<std::string> fallen = below(kQuickFloors, outcomes);
   for (const std::string& line : fallen) fmt::print(stderr, "below its floor: {}\n", line);
   return fallen.empty() ? kDone : kWorldIsWrong;

@@ -2,12 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/benchmark/studies.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "panoptic/base/error.h"
+
 namespace panoptic {
 namespace {
 
 constexpr int kHomes = 5;
 constexpr int kRooms = 4;
-constexpr int kFrames = 600;  // of a way that takes a person about a minute
+constexpr int kFrames = 400;  // of a way that takes a person more than a minute
 constexpr std::uint64_t kQuickSeed = 1;
 constexpr int kQuickRooms = 2;
 constexpr int kQuickFrames = 200;
@@ -61,10 +67,12 @@ void add_masks(Study& study) {
 
 void add_regularizer(Study& study) {
   auto& settings = study.experiment.settings;
-  settings.push_back(without_crf({.name = "oracle, no regularizer", .noise = "none", .predictions = "oracle"}));
+  const std::vector<std::string> paper = {"regularizer.w1=10", "regularizer.w2=15", "regularizer.band_voxels=4"};
+  settings.push_back({.name = "paper's CRF", .set = paper});
+  settings.push_back({.name = "oracle, paper's CRF", .noise = "none", .predictions = "oracle", .set = paper});
   study.groups.push_back({.title = "Regularizer",
-                          .question = "With and without the CRF (the paper's table of ablations).",
-                          .settings = {"no regularizer", "default", "oracle, no regularizer", "oracle"}});
+                          .question = "With and without the CRF, and with the parameters of the paper (its table of ablations).",
+                          .settings = {"no regularizer", "default", "paper's CRF", "all true", "oracle", "oracle, paper's CRF"}});
 }
 
 void add_submaps(Study& study) {
@@ -116,6 +124,20 @@ Study full_study() {
   add_regularizer(study);
   add_submaps(study);
   add_geometry(study);
+  return study;
+}
+
+Study only(Study study, const std::string& title) {
+  const auto group = std::ranges::find(study.groups, title, &Group::title);
+  if (group == study.groups.end()) {
+    std::string titles;
+    for (const Group& g : study.groups) titles += (titles.empty() ? "'" : ", '") + g.title + "'";
+    throw Error(fmt::format("no group of settings is called '{}'; there are {}", title, titles));
+  }
+  study.groups = {Group(*group)};
+  std::erase_if(study.experiment.settings, [&](const Setting& s) {
+    return std::ranges::find(study.groups.front().settings, s.name) == study.groups.front().settings.end();
+  });
   return study;
 }
 

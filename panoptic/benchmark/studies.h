@@ -32,6 +32,9 @@ struct Study {
 // Every question on five homes: seeds 1 to 5, four rooms each.
 Study full_study();
 
+// The study with this group alone and the settings that it needs. Throws Error listing the groups if there is none of that title.
+Study only(Study study, const std::string& title);
+
 // The masks, the regularizer and the two ends of the error budget on one small home: for every change of the code.
 Study quick_study();
 

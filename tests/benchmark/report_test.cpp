@@ -74,6 +74,13 @@ TEST(Studies, EveryGroupNamesSettingsThatAreThereOnce) {
   }
 }
 
+TEST(Studies, OneGroupTakesItsSettingsAlone) {
+  const Study study = only(full_study(), "Regularizer");
+  ASSERT_EQ(study.groups.size(), 1U);
+  EXPECT_EQ(study.experiment.settings.size(), study.groups.front().settings.size());
+  EXPECT_THAT(test::error_of([] { only(full_study(), "Weather"); }), testing::HasSubstr("'Voxel size'"));
+}
+
 TEST(Report, IsWrittenForPeopleAndPrograms) {
   const auto folder = test::fresh_folder();
   write_report(folder, small_study(), small_outcomes());
