@@ -5,7 +5,7 @@
 //
 // Voxels that share a cell of about one sigma and nearly one colour form a cluster; clusters are summed pair by pair, with their
 // mean positions and colours. Surfaces are thin and locally of few colours, so there are few clusters, each with some hundred
-// others in reach, and the weights are worked out once. docs/decisions/0008 compares this with a permutohedral lattice.
+// others in reach, and the weights are worked out once. docs/decisions/0008-crf.md says why there is no lattice.
 #pragma once
 
 #include <array>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Sums over the points of a sparse voxel grid, weighted by a Gaussian of their distance: k2 of the paper (Eq. 16). Exact but for
-// the truncation at 3.5 sigma along each axis, because a Gaussian is the product of three along the axes.
+// the truncation at 4 sigma along each axis, because a Gaussian is the product of three along the axes.
 //
 // Passing along one axis after the other needs values between the points. Only those between points are kept, and the axis that
 // would need the most of them is taken in the middle: for a wall that is about one place more per point.
@@ -50,7 +50,7 @@ class GridFilter {
   // Places between the passes; scratch takes a row for each.
   std::size_t places_between() const { return counts_[1] + counts_[2]; }
 
-  static constexpr float kTruncation = 3.5F;  // sigmas
+  static constexpr float kTruncation = 4;  // sigmas
 
   // Places along one axis, line after line; a line ends where nothing is within reach.
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};

@@ -44,9 +44,9 @@ double difference(const std::vector<GridPoint>& points, float sigma, RowWidth ro
 TEST(GridFilter, EqualsTheSumOverAllPairsButForTheTruncation) {
   for (const float sigma : {0.6F, 2.083F, 5.0F}) {
     for (const RowWidth width : {RowWidth::k8, RowWidth::k16}) {
-      EXPECT_LT(difference(random_graph(10, 0.6F, 2, 1).points, sigma, width), 4e-3);
-      EXPECT_LT(difference(random_graph(30, 0.01F, 2, 2).points, sigma, width), 4e-3);
-      EXPECT_LT(difference(test::sheet_graph({.side = 15}, 3).points, sigma, width), 4e-3);
+      EXPECT_LT(difference(random_graph(10, 0.6F, 2, 1).points, sigma, width), 1e-3);
+      EXPECT_LT(difference(random_graph(30, 0.01F, 2, 2).points, sigma, width), 1e-3);
+      EXPECT_LT(difference(test::sheet_graph({.side = 15}, 3).points, sigma, width), 1e-3);
     }
   }
 }
