@@ -96,12 +96,11 @@ std::size_t find_pairs(const PairWork& work) {
   return count;
 }
 
-template <std::size_t kWidth>
+template <std::size_t Width>
 [[gnu::always_inline]] inline void sum_pairs(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
-  LaneRow<kWidth> total;
-  total.clear();
+  LaneRow<Width> total{};
   for (std::size_t i = 0; i < count; ++i) {
-    total.add(std::bit_cast<float>(pairs[2 * i + 1]), sums + std::size_t{pairs[2 * i]} * kWidth);
+    total.add(std::bit_cast<float>(pairs[2 * i + 1]), sums + std::size_t{pairs[2 * i]} * Width);
   }
   total.store(out);
 }

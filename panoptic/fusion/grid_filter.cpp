@@ -46,9 +46,9 @@ void filter_lines_8(const LineWork& work);
 void filter_lines_16(const LineWork& work);
 
 // Values of a line without gaps, a radius of zeros at either end.
-template <std::size_t kWidth>
+template <std::size_t Width>
 [[gnu::always_inline]] inline void lay_out(std::span<const GridFilter::Place> places, const ScaledRows& in, float* to) {
-  LaneRow<kWidth> row;
+  LaneRow<Width> row{};
   for (const GridFilter::Place place : places) {
     if (place.in == kNone) {
       row.clear();
@@ -57,28 +57,28 @@ template <std::size_t kWidth>
       if (in.scale != nullptr) row.scale(in.scale[place.in]);
     }
     row.store(to);
-    to += kWidth;
+    to += Width;
   }
 }
 
-template <std::size_t kWidth>
+template <std::size_t Width>
 [[gnu::always_inline]] inline void filter_lines(const LineWork& work) {
   const std::size_t radius = work.taps.size() - 1;
   const float* taps = work.taps.data();
   std::size_t first = 0;
   for (const std::uint32_t end : work.line_ends) {
     const auto places = work.places.subspan(first, end - first);
-    lay_out<kWidth>(places, work.in, work.line + radius * kWidth);
-    float* tail = work.line + (radius + places.size()) * kWidth;
-    for (std::size_t c = 0; c < radius * kWidth; ++c) tail[c] = 0;
+    lay_out<Width>(places, work.in, work.line + radius * Width);
+    float* tail = work.line + (radius + places.size()) * Width;
+    for (std::size_t c = 0; c < radius * Width; ++c) tail[c] = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
       if (places[i].out == kNone) continue;
-      const float* here = work.line + (radius + i) * kWidth;
-      LaneRow<kWidth> sum;
+      const float* here = work.line + (radius + i) * Width;
+      LaneRow<Width> sum{};
       sum.load(here);
       sum.scale(taps[0]);
-      for (std::size_t k = 1; k <= radius; ++k) sum.add(taps[k], here - k * kWidth, here + k * kWidth);
-      sum.store(work.out + places[i].out * kWidth);
+      for (std::size_t k = 1; k <= radius; ++k) sum.add(taps[k], here - k * Width, here + k * Width);
+      sum.store(work.out + places[i].out * Width);
     }
     first = end;
   }

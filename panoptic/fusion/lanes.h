@@ -14,10 +14,10 @@ inline constexpr std::size_t kLanes = 8;
 using Lanes [[gnu::vector_size(32)]] = float;
 
 // A row of 8 or 16 labels.
-template <std::size_t kWidth>
+template <std::size_t Width>
 struct LaneRow {
-  using Values [[gnu::vector_size(kWidth * sizeof(float))]] = float;
-  Values values;
+  using Values [[gnu::vector_size(Width * sizeof(float))]] = float;
+  Values values = {};
 
   [[gnu::always_inline]] void clear() { values = Values{}; }
   [[gnu::always_inline]] void load(const float* from) { std::memcpy(&values, from, sizeof values); }
@@ -25,14 +25,14 @@ struct LaneRow {
   [[gnu::always_inline]] void scale(float factor) { values *= factor; }
   // += factor * row
   [[gnu::always_inline]] void add(float factor, const float* row) {
-    LaneRow other;
+    LaneRow other{};
     other.load(row);
     values += factor * other.values;
   }
   // += factor * (row + other row)
   [[gnu::always_inline]] void add(float factor, const float* row, const float* other_row) {
-    LaneRow one;
-    LaneRow other;
+    LaneRow one{};
+    LaneRow other{};
     one.load(row);
     other.load(other_row);
     values += factor * (one.values + other.values);

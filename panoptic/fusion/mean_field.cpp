@@ -40,9 +40,9 @@ void combine_8(const MessageParts& parts, float* row);
 void combine_16(const MessageParts& parts, float* row);
 void softmax_rows(float* rows, std::size_t count, std::span<const float> is_label);
 
-template <int kWidth>
+template <int Width>
 [[gnu::always_inline]] inline void combine(const MessageParts& parts, float* row) {
-  for (int c = 0; c < kWidth; ++c) {
+  for (int c = 0; c < Width; ++c) {
     row[c] = parts.color_factor * parts.color_sum[c] + parts.grid_factor * parts.grid_sum[c] - parts.own_factor * row[c];
   }
 }
