@@ -20,7 +20,7 @@ namespace {
 // A little below what was measured (docs/benchmarks.md): the simulation gives the same frames everywhere, so what falls through
 // is a change of the code.
 const std::array<Floor, 4> kQuickFloors{
-    {{"default", 0.0, 0.0}, {"no regularizer", 0.0, 0.0}, {"oracle masks", 0.0, 0.0}, {"oracle", 0.0, 0.0}}};
+    {{"no regularizer", 0.36, 0.42}, {"default", 0.385, 0.46}, {"oracle masks", 0.89, 0.92}, {"oracle", 0.93, 0.935}}};
 
 }  // namespace
 

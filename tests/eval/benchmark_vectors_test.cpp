@@ -83,7 +83,8 @@ TEST(BenchmarkVectors, GiveTheInstanceScoresOfThePublicEvaluator) {
 
 TEST(BenchmarkVectors, GiveTheSemanticScoresOfThePublicEvaluator) {
   PANOPTIC_REQUIRE_SHARED(kVectors);
-  for (const auto& [name, vector] : vectors()["scannet_semantic"].items()) {
+  const Json all = vectors()["scannet_semantic"];
+  for (const auto& [name, vector] : all.items()) {
     SemanticIou metric;
     metric.add(classes_in(vector["gt_runs"]), classes_in(vector["pred_runs"]));
     const SemanticScores scores = metric.scores();
