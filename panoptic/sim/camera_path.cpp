@@ -200,13 +200,13 @@ class Motion {
         roll_(random, 0.11),
         sideways_(random, 0.31),
         yaw_shake_(random, 0.7),
-        pitch_shake_(random, 0.8) {
+        pitch_shake_(random, 0.8),
+        middle_height_m_(random.uniform(1.40, 1.50)) {
     for (const Beat& beat : beats) {
       along_m_.push_back(beat.along_m);
       yaw_.push_back(beat.yaw);
       pitch_.push_back(beat.pitch);
     }
-    middle_height_m_ = random.uniform(1.40, 1.50);
   }
 
   double length_s() const { return static_cast<double>(along_m_.size() - 1) * kBeat_s; }
@@ -241,7 +241,7 @@ class Motion {
   std::vector<double> along_m_;
   std::vector<double> yaw_;
   std::vector<double> pitch_;
-  double middle_height_m_ = 1.45;
+  double middle_height_m_;
   Sway height_;
   Sway roll_;
   Sway sideways_;

@@ -162,13 +162,13 @@ struct PlainMaterials {
 };
 
 struct StuffClasses {
-  ClassId wall;
-  ClassId floor;
+  ClassId wall = ClassId::kUnknown;
+  ClassId floor = ClassId::kUnknown;
 };
 
 struct Fabric {
   const FloorPlan& plan;
-  double height_m;
+  double height_m = 0;
   PlainMaterials plain;
   StuffClasses classes;
 };
