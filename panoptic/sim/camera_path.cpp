@@ -241,12 +241,12 @@ class Motion {
   std::vector<double> along_m_;
   std::vector<double> yaw_;
   std::vector<double> pitch_;
-  double middle_height_m_;
   Sway height_;
   Sway roll_;
   Sway sideways_;
   Sway yaw_shake_;
   Sway pitch_shake_;
+  double middle_height_m_;
 };
 
 }  // namespace
