@@ -19,12 +19,17 @@ constexpr const char* kFooter =
     "  panoptic eval out/home --gt home --json scores.json\n"
     "Exit codes: 0 done, 1 something in the world is wrong (one line on stderr), 2 wrong usage, 130 interrupted.";
 
+void add_threads(CLI::App& app, Arguments& a) {
+  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+}
+
 void add_recording(CLI::App& app, Arguments& a) {
   app.add_option("dataset", a.dataset,
-                 "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder")
+                 "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder;\n"
+                 "or a simulated home: sim:SEED[,rooms=R,frames=F,noise=P]")
       ->required();
   app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, depth scale and the colour camera");
-  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  add_threads(app, a);
 }
 
 void add_networks(CLI::App& app, Arguments& a) {
@@ -48,7 +53,7 @@ void add_simulation(CLI::App& app, Arguments& a) {
   app.add_option("--predictions", a.predictions, "what networks give: oracle, good, maskrcnn (default), poor, or none");
   app.add_option("--config", a.config, "TOML file of options; DIR/simulation.toml of an earlier simulation is one");
   app.add_option("--set", a.settings, "one option, key=value, as in simulation.toml; may be repeated");
-  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  add_threads(app, a);
   CLI::Option* output = app.add_option("-o,--output", a.output, "folder for the scan; must be absent or empty");
   app.add_option("--contact-sheet", a.contact_sheet, "instead of a scan: a PNG that shows the home and the five after it")
       ->excludes(output);
@@ -67,7 +72,7 @@ void add_evaluation(CLI::App& app, Arguments& a) {
                  "write the labels as the ScanNet server takes them, and the truth, to this folder");
   app.add_option("--category-map", a.category_map, "scannetv2-labels.combined.tsv; default: beside the scan, else NYU40's names");
   app.add_option("--variant", a.variant, "panoptic quality: pq-scannet20 (default), seed, ndt, coco");
-  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  add_threads(app, a);
   app.footer("Semantic IoU, instance AP, panoptic quality and surface distances; the rules are in docs/evaluation.md.");
 }
 
@@ -105,7 +110,7 @@ Arguments parse_arguments(int argc, char** argv) {
   benchmark->add_option("--group", a.group,
                         "answer this question alone, named as the report names it: 'Regularizer', 'Voxel size' ...");
   benchmark->add_option("-o,--output", a.output, "folder for report.md, report.json and charts")->required();
-  benchmark->add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  add_threads(*benchmark, a);
 
   app.add_subcommand("options", "list every option with its default, range and meaning");
 

@@ -168,7 +168,11 @@ bool make_pass(const SimulationOptions& home, const std::vector<std::size_t>& ba
 }  // namespace
 
 std::vector<Outcome> run(const Experiment& experiment, const std::function<bool(std::size_t, std::size_t)>& progress) {
-  for (const Setting& setting : experiment.settings) options_of(setting);  // mistakes show before hours are spent
+  for (const Setting& setting : experiment.settings) {  // mistakes show before hours are spent
+    options_of(setting);
+    sensor_noise_preset(setting.noise);
+    prediction_noise_preset(setting.predictions);
+  }
   const auto passes = batches(experiment.settings);
   Course course{experiment, progress};
   course.passes_left = passes.size() * experiment.homes.size();
