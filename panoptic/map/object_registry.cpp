@@ -40,12 +40,18 @@ void ObjectRegistry::observe(PanopticId id, const Segment& segment, std::int64_t
   object.last_frame = object.observations == 0 ? frame : std::max(object.last_frame, frame);
   object.observations++;
   object.score_sum += segment.score;
+  object.votes.add(frame, segment.class_id);
   if (segment.class_probabilities.empty()) {
     object.evidence[segment.class_id] += segment.score;
   }
   for (const ClassProbability& p : segment.class_probabilities) {
     object.evidence[p.class_id] += static_cast<double>(segment.score) * p.probability;
   }
+}
+
+void ObjectRegistry::show(PanopticId id, const ObjectView& view) {
+  PANOPTIC_ASSERT(find(id) != nullptr);
+  objects_[number(id) - first_thing_].best_views.add(view);
 }
 
 const Object* ObjectRegistry::find(PanopticId id) const {

@@ -13,6 +13,7 @@
 
 #include "panoptic/data/labels.h"
 #include "panoptic/data/segmentation.h"
+#include "panoptic/map/object_evidence.h"
 
 namespace panoptic {
 
@@ -23,6 +24,8 @@ struct Object {
   std::uint64_t observations = 0;
   double score_sum = 0;                // denominator of Eq. 12
   std::map<ClassId, double> evidence;  // its numerator per class: sum of score * p(class)
+  VoteHistory votes;                   // the class of each observation
+  BestViews best_views;
 };
 
 class ObjectRegistry {
@@ -35,6 +38,8 @@ class ObjectRegistry {
 
   // Adds one detection to the evidence (Eq. 12). REQUIRES an id that create returned.
   void observe(PanopticId id, const Segment& segment, std::int64_t frame);
+  // Offers a detection that was observed as one of the object's best views. REQUIRES an id that create returned.
+  void show(PanopticId id, const ObjectView& view);
 
   // The most probable class; ties go to the lower class id. kUnknown for an object without evidence.
   ClassId class_of(PanopticId id) const;
