@@ -87,10 +87,10 @@ const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& regis
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return segment_area_[a] > segment_area_[b]; });
 
-  std::vector<PanopticId> id_of_value(segments.size() + 1, PanopticId::kUnknown);  // by value of RegisteredFrame::segment
+  id_of_value_.assign(segments.size() + 1, PanopticId::kUnknown);
   for (const std::size_t s : order) {
     const Segment& segment = segments[s];
-    PanopticId& id = id_of_value[s + 1];
+    PanopticId& id = id_of_value_[s + 1];
     if (labels_.is_stuff(segment.class_id)) id = LabelSet::stuff(segment.class_id);
     if (!labels_.is_thing(segment.class_id) || segment_area_[s] == 0) continue;
     id = best_match(s);
@@ -104,7 +104,7 @@ const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& regis
   result_.resize(registered.segment.size());
   for (std::size_t i = 0; i < result_.size(); ++i) {
     const std::uint16_t value = registered.segment[i];
-    result_[i] = value == RegisteredFrame::kNoSegment ? PanopticId::kNoVote : id_of_value[value];
+    result_[i] = value == RegisteredFrame::kNoSegment ? PanopticId::kNoVote : id_of_value_[value];
   }
   return result_;
 }

@@ -28,9 +28,13 @@ class LabelTracker {
   // else a new id; larger masks choose first, and no id is taken twice. Stuff keeps its class number. IoU counts the pixels
   // that have both a depth reading and a segment (the reference exists nowhere else). Evidence goes to `objects` (Eq. 12).
   // Returns the label per depth pixel plus the extra pixel of RegisteredFrame; kNoVote where the frame says nothing.
-  // Good until the next call. Not thread-safe.
+  // Good until the next call, as are the two below. Not thread-safe.
   const std::vector<PanopticId>& assign(const RegisteredFrame& registered, std::span<const Segment> segments,
                                         std::span<const PanopticId> reference, std::int64_t frame, ObjectRegistry& objects);
+
+  // Per segment of that call: its id, and its pixels with a depth reading.
+  std::span<const PanopticId> segment_ids() const { return std::span(id_of_value_).subspan(1); }
+  std::span<const std::uint32_t> segment_areas_px() const { return segment_area_; }
 
  private:
   void count_overlaps(const RegisteredFrame& registered, std::size_t segment_count, std::span<const PanopticId> reference);
@@ -39,6 +43,7 @@ class LabelTracker {
   TrackerOptions options_;
   LabelSet labels_;
   std::vector<PanopticId> result_;
+  std::vector<PanopticId> id_of_value_ = {PanopticId::kUnknown};  // by value of RegisteredFrame::segment
   // Co-occurrence of segments (rows) and objects seen in the reference (columns, in order of first appearance).
   std::vector<std::uint32_t> overlap_;
   std::vector<std::uint32_t> segment_area_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/fusion/object_views.h"
 #include "panoptic/fusion/reference_labels.h"
 #include "panoptic/predict/predictor_files.h"
 
@@ -63,6 +64,7 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
   reference_labels(map_, frame, registered, reference_);  // Eq. 2
   stage_done("reference");
   const auto& ids = tracker_.assign(registered, segmentation.segments, reference_, frame.index, objects_);  // Eq. 3-5, 12
+  record_views(segmentation, {frame.index, tracker_.segment_ids(), tracker_.segment_areas_px()}, objects_);
   stage_done("track");
   integrator_.integrate(frame, registered, ids, map_);  // Eq. 6-11
   stage_done("integrate");
