@@ -172,7 +172,7 @@ void expose(std::uint64_t seed, std::int64_t frame, Image<Rgb>& color) {
   const double time_s = static_cast<double>(frame) / kFrameRate_hz;
   const double brightness = std::exp(kGainSwing * waves(seed, 0, time_s));
   const double warmth = kBalanceSwing * waves(seed, 1, time_s);
-  std::array<std::array<std::uint8_t, 256>, 3> tables;
+  std::array<std::array<std::uint8_t, 256>, 3> tables{};
   const std::array<double, 3> gains{brightness * (1 + warmth), brightness, brightness * (1 - warmth)};
   for (int channel = 0; channel < 3; ++channel) {
     for (int value = 0; value < 256; ++value) {

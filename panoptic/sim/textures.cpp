@@ -80,8 +80,8 @@ Vec3f linear_from_srgb(const Rgb& color) {
 Rgb tone_mapped(const Vec3f& light) {
   const auto& table = tone_table();
   const auto byte = [&](float l) {
-    const float step = std::sqrt(std::clamp(l, 0.0F, 4.0F)) * (kToneSteps / 2.0F);
-    return table[static_cast<std::size_t>(step + 0.5F)];
+    const float rounding_step = std::sqrt(std::clamp(l, 0.0F, 4.0F)) * (kToneSteps / 2.0F) + 0.5F;
+    return table[static_cast<std::size_t>(rounding_step)];
   };
   return {byte(light.x()), byte(light.y()), byte(light.z())};
 }
