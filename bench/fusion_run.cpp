@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/fusion_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/profile.h"
+#include "panoptic/fusion/mesher.h"
+#include "panoptic/session/session.h"
+
+namespace panoptic {
+namespace {
+
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
+}
+
+// The kernel's highest mark of resident memory starts anew; where it cannot be reset, it stays that of the whole process.
+void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+double peak_memory_mb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    if (word != "VmHWM:") continue;
+    double kilobytes = 0;
+    status >> kilobytes;
+    return kilobytes * 1024 / 1e6;
+  }
+  return peak_rss_mb();
+}
+
+// What each stage took since the last call, from the session's running totals.
+class StageClock {
+ public:
+  void read(const Profile& profile, StageTimes& into) {
+    for (const auto& [name, histogram] : profile.stages()) {
+      double& before = totals_s_[name];
+      into[name].push_back((histogram.total_s() - before) * 1e3);
+      before = histogram.total_s();
+    }
+  }
+
+ private:
+  std::map<std::string, double> totals_s_;
+};
+
+void keep_smallest(const StageTimes& times, StageTimes& smallest) {
+  for (const auto& [name, samples] : times) {
+    std::vector<double>& kept = smallest[name];
+    if (kept.empty()) kept = samples;
+    for (std::size_t i = 0; i < std::min(kept.size(), samples.size()); ++i) kept[i] = std::min(kept[i], samples[i]);
+  }
+}
+
+double timed_ms(const auto& work) {
+  const Stopwatch stopwatch;
+  work();
+  return stopwatch.seconds() * 1e3;
+}
+
+Session mapped(const BenchFrames& recording, const BenchSettings& settings, StageTimes& times) {
+  Options options = settings.options;
+  options.regularizer.enabled = false;  // runs every ten seconds, and bench_regularizer measures it
+  Session session(options, recording.labels);
+  Mesher mesher(options.mesher);
+  StageClock clock;
+  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+    const double cpu_before = cpu_seconds();
+    const auto refused = session.add(recording.frames[i].frame, recording.frames[i].segmentation);
+    if (refused) continue;
+    times["fusion_cpu"].push_back((cpu_seconds() - cpu_before) * 1e3);
+    clock.read(session.profile(), times);
+    if ((i + 1) % static_cast<std::size_t>(settings.mesh_every) != 0) continue;
+    times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(session.map()); }));
+  }
+  return session;
+}
+
+void finish(Session& session, const BenchSettings& settings, StageTimes& times, BenchResult& result) {
+  Mesh mesh;
+  times["mesh_full"].push_back(timed_ms([&] {
+    Mesher mesher(settings.options.mesher);
+    mesher.update(session.map());
+    mesh = mesher.assemble(session.map(), session.objects(), session.labels());
+  }));
+  result.mesh_triangles = mesh.triangles.size();
+  result.blocks = session.map().block_count();
+  result.map_bytes = session.map().memory_bytes();
+  const std::uint64_t hash = session.map().hash();
+  if (result.map_hash != 0 && hash != result.map_hash) throw Error("two repeats gave different maps: this is a bug, report it");
+  result.map_hash = hash;
+}
+
+}  // namespace
+
+BenchResult run_bench(const BenchFrames& recording, const BenchSettings& settings) {
+  BenchResult result;
+  for (int repeat = 0; repeat < settings.repeats; ++repeat) {
+    StageTimes times;
+    if (repeat == 0) reset_peak_memory();
+    Session session = mapped(recording, settings, times);
+    if (times["fusion"].empty()) throw Error("no frame could be fused: every one was refused");
+    if (repeat == 0) result.peak_rss_mb = peak_memory_mb() - static_cast<double>(recording.bytes) / 1e6;
+    finish(session, settings, times, result);
+    result.repeat_p50_ms.push_back(quantile(times["fusion"], 0.5));
+    keep_smallest(times, result.stages);
+  }
+  result.frames = result.stages["fusion"].size();
+  for (const BenchFrame& f : recording.frames) {
+    result.segments_mean += static_cast<double>(f.segmentation.segments.size()) / static_cast<double>(recording.frames.size());
+  }
+  return result;
+}
+
+double quantile(std::vector<double> samples, double p) {
+  PANOPTIC_ASSERT(!samples.empty());
+  std::sort(samples.begin(), samples.end());
+  const auto rank = static_cast<std::size_t>(std::ceil(p * static_cast<double>(samples.size())));
+  return samples[std::clamp(rank, std::size_t{1}, samples.size()) - 1];
+}
+
+}  // namespace panoptic

@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// panoptic-bench: how long the fusion side takes on a recording, stage by stage, and how much memory.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "bench/fusion_run.h"
+#include "panoptic/base/parallel.h"
+
+namespace panoptic {
+namespace {
+
+struct BenchArguments {
+  BenchSource source;
+  BenchSettings settings;
+  std::string config;
+  std::vector<std::string> assignments;
+  std::string frames;
+  std::string json;
+  int threads = 0;
+};
+
+void add_options(CLI::App& app, BenchArguments& a) {
+  app.add_option("recording", a.source.recording, "recording or sim:SEED[,rooms=R,frames=F,noise=P], as panoptic run takes it")
+      ->required();
+  app.add_option("--calibration", a.source.calibration, "TOML file that overrides intrinsics, depth scale and the colour camera");
+  app.add_option("--frames", a.frames, "A:B or A:B:STEP, positions in the sequence from 0, B excluded");
+  app.add_option("--predictions", a.source.predictions, "folder of predictions; without it labels are made up from --seed");
+  app.add_option("--seed", a.source.seed, "of the made-up labels, default 1");
+  app.add_option("--config", a.config, "TOML file of options");
+  app.add_option("--set", a.assignments, "one option, key=value; may be repeated (keys: panoptic options)");
+  app.add_option("--repeat", a.settings.repeats, "how often all is done; each frame counts with its best time; default 3")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--mesh-every", a.settings.mesh_every, "frames between two incremental meshes, default 10")
+      ->check(CLI::Range(1, 100000));
+  app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  app.add_option("--json", a.json, "write the result to this file");
+}
+
+Json to_json(const BenchArguments& a, const BenchFrames& recording, const BenchResult& result) {
+  Json stages = Json::object();
+  for (const auto& [name, samples] : result.stages) {
+    double sum = 0;
+    for (const double ms : samples) sum += ms;
+    stages[name] = {{"count", samples.size()},
+                    {"p50_ms", quantile(samples, 0.5)},
+                    {"p95_ms", quantile(samples, 0.95)},
+                    {"max_ms", quantile(samples, 1)},
+                    {"mean_ms", sum / static_cast<double>(samples.size())}};
+  }
+  const auto voxels = static_cast<double>(result.blocks) * kBlockVoxels;
+  return {{"program", fmt::format("panoptic {}", PANOPTIC_VERSION)},
+          {"recording", recording.description},
+          {"frames", result.frames},
+          {"segments_mean", result.segments_mean},
+          {"threads", thread_count()},
+          {"repeats", a.settings.repeats},
+          {"voxel_size_m", a.settings.options.map.voxel_size_m},
+          {"method", a.settings.options.integrator.method},
+          {"stages", std::move(stages)},
+          {"fusion_p50_ms_of_each_repeat", result.repeat_p50_ms},
+          {"peak_rss_mb", result.peak_rss_mb},
+          {"frames_mb", static_cast<double>(recording.bytes) / 1e6},
+          {"blocks", result.blocks},
+          {"map_mb", static_cast<double>(result.map_bytes) / 1e6},
+          {"map_bytes_per_voxel", static_cast<double>(result.map_bytes) / std::max(1.0, voxels)},
+          {"mesh_triangles", result.mesh_triangles},
+          {"map_hash", fmt::format("{:016x}", result.map_hash)}};
+}
+
+void print(const Json& result) {
+  fmt::print("{}; {} frames, {} threads, voxels of {:.3g} m, {}, {:.1f} segments a frame\n",
+             result["recording"].get<std::string>(), result["frames"].get<int>(), result["threads"].get<int>(),
+             result["voxel_size_m"].get<double>(), result["method"].get<std::string>(), result["segments_mean"].get<double>());
+  fmt::print("{:<18}{:>8}{:>10}{:>10}{:>10}\n", "stage", "count", "p50 ms", "p95 ms", "max ms");
+  for (const auto& [name, stage] : result["stages"].items()) {
+    fmt::print("{:<18}{:>8}{:>10.3f}{:>10.3f}{:>10.3f}\n", name, stage["count"].get<int>(), stage["p50_ms"].get<double>(),
+               stage["p95_ms"].get<double>(), stage["max_ms"].get<double>());
+  }
+  fmt::print("map {:.1f} MB in {} blocks, {:.2f} bytes a voxel; peak {:.0f} MB (without the decoded frames); hash {}\n",
+             result["map_mb"].get<double>(), result["blocks"].get<int>(), result["map_bytes_per_voxel"].get<double>(),
+             result["peak_rss_mb"].get<double>(), result["map_hash"].get<std::string>());
+}
+
+void bench(BenchArguments& a) {
+  Options& options = a.settings.options;
+  if (!a.config.empty()) options = load_options(a.config);
+  const Fields all = fields(options);
+  for (const std::string& assignment : a.assignments) set_field(all, assignment);
+  if (!a.frames.empty()) a.source.range = parse_frame_range(a.frames);
+  set_thread_count(0);
+  const BenchFrames recording = load_bench_frames(a.source);
+  set_thread_count(a.threads);
+  const Json result = to_json(a, recording, run_bench(recording, a.settings));
+  print(result);
+  if (!a.json.empty()) write_json_file(a.json, result);
+}
+
+}  // namespace
+}  // namespace panoptic
+
+int main(int argc, char** argv) {
+  panoptic::BenchArguments arguments;
+  CLI::App app("Times of the fusion side on a recording that is decoded into memory beforehand.", "panoptic-bench");
+  panoptic::add_options(app, arguments);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    panoptic::bench(arguments);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "panoptic-bench: {}\n", e.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Panoptic labels for a recording that has no predictions: made up, but like real ones where it matters for time. Segments lie
+// on the same places of the world in every frame, about ten to a frame, with ragged borders, and now and then one is missed.
+#pragma once
+
+#include <cstdint>
+
+#include "panoptic/data/frame.h"
+#include "panoptic/data/labels.h"
+#include "panoptic/data/segmentation.h"
+
+namespace panoptic {
+
+// A function of the frame and the seed alone, at the size of the colour image. Classes are those of `labels`, which must hold
+// things and stuff.
+Segmentation seeded_labels(const Frame& frame, const LabelSet& labels, std::uint64_t seed);
+
+}  // namespace panoptic
