@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <new>
 #include <optional>
 
@@ -119,6 +120,11 @@ void print_closing(const Run& run, const std::string& output) {
   fmt::print("\nlook at   {0}/views/*.png, {0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output);
 }
 
+// Where explain finds the recording again, from whatever folder it is started.
+std::string absolute_recording(const std::string& recording) {
+  return recording.starts_with("sim:") ? recording : std::filesystem::absolute(recording).lexically_normal().string();
+}
+
 // A run that went through and still gave nothing of what was asked for.
 void require_use(const Run& run, const Arguments& arguments) {
   const std::uint64_t used = run.session.frames().used();
@@ -164,6 +170,8 @@ int run(const Arguments& arguments) {
 
   Run run{predictor.get(), session, {}};
   run.summary.dataset = dataset->description();
+  run.summary.recording = absolute_recording(arguments.dataset);
+  if (!arguments.calibration.empty()) run.summary.calibration = std::filesystem::absolute(arguments.calibration).string();
   run.summary.predictor = predictor_text(options);
   const std::string failure = map_recording(*dataset, range, run);
   write_map(arguments.output, run, options, failure);

@@ -35,6 +35,13 @@ std::vector<JsonValue> JsonValue::elements() const {
   return values;
 }
 
+std::vector<std::pair<std::string, JsonValue>> JsonValue::members() const {
+  if (!json_->is_object()) wrong("an object");
+  std::vector<std::pair<std::string, JsonValue>> values;
+  for (const auto& [key, value] : json_->items()) values.emplace_back(key, at(key));
+  return values;
+}
+
 std::int64_t JsonValue::integer(std::int64_t min, std::int64_t max) const {
   const bool fits = json_->is_number_integer() &&
                     !(json_->is_number_unsigned() &&

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "panoptic/base/json.h"
@@ -20,9 +21,10 @@ class JsonValue {
  public:
   JsonValue(const Json& json, std::string file) : json_(&json), file_(std::move(file)) {}
 
-  JsonValue at(std::string_view key) const;                   // a member that must be there
-  std::optional<JsonValue> find(std::string_view key) const;  // a member that may be there
-  std::vector<JsonValue> elements() const;                    // of an array
+  JsonValue at(std::string_view key) const;                        // a member that must be there
+  std::optional<JsonValue> find(std::string_view key) const;       // a member that may be there
+  std::vector<JsonValue> elements() const;                         // of an array
+  std::vector<std::pair<std::string, JsonValue>> members() const;  // of an object, in the file's order
 
   std::int64_t integer(std::int64_t min, std::int64_t max) const;
   double number(double min, double max) const;

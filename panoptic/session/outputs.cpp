@@ -80,6 +80,28 @@ Json to_json(const OrientedBox& box) {
   return {{"center_m", to_json(box.center_m)}, {"axes", std::move(axes)}, {"size_m", to_json(box.size_m)}};
 }
 
+Json to_json(const VoteHistory& votes, const LabelSet& labels) {
+  Json bins = Json::array();
+  for (const VoteHistory::Bin& bin : votes.bins()) {
+    Json classes = Json::object();
+    for (const auto& [class_id, count] : bin.votes) classes[std::string(labels.name_of(class_id))] = count;
+    bins.push_back({{"first_frame", votes.first_frame(bin)}, {"classes", std::move(classes)}});
+  }
+  return {{"frames_per_bin", votes.frames_per_bin()}, {"bins", std::move(bins)}};
+}
+
+Json to_json(const BestViews& best, const LabelSet& labels) {
+  Json views = Json::array();
+  for (const ObjectView& view : best.views()) {
+    views.push_back({{"frame", view.frame},
+                     {"class", labels.name_of(view.class_id)},
+                     {"score", view.score},
+                     {"visible_px", view.visible_px},
+                     {"box_px", {view.box.u0, view.box.v0, view.box.u1, view.box.v1}}});
+  }
+  return views;
+}
+
 Json to_json(const Object& object, const ObjectShape& shape, const Session& session) {
   const ClassId class_id = session.objects().class_of(object.id);
   Json probabilities = Json::object();
@@ -97,7 +119,9 @@ Json to_json(const Object& object, const ObjectShape& shape, const Session& sess
           {"vertices", shape.vertices},
           {"first_frame", object.first_frame},
           {"last_frame", object.last_frame},
-          {"observations", object.observations}};
+          {"observations", object.observations},
+          {"votes", to_json(object.votes, session.labels())},
+          {"best_views", to_json(object.best_views, session.labels())}};
 }
 
 }  // namespace
@@ -117,6 +141,8 @@ Json report_json(const Session& session, const Options& options, const RunSummar
   Options copy = options;
   Json report = {{"program", fmt::format("panoptic {}", PANOPTIC_VERSION)},
                  {"dataset", run.dataset},
+                 {"recording", run.recording},
+                 {"calibration", run.calibration.empty() ? Json(nullptr) : Json(run.calibration)},
                  {"predictor", run.predictor},
                  {"complete", run.complete}};
   if (!run.complete) report["stopped_by"] = run.stopped_by;

@@ -15,10 +15,12 @@ namespace panoptic {
 
 // What the session itself does not know about the run.
 struct RunSummary {
-  std::string dataset;     // its description
-  std::string predictor;   // what made the labels, or "none"
-  bool complete = true;    // false: interrupted or failed, the map holds the frames so far
-  std::string stopped_by;  // why, if not complete
+  std::string dataset;      // its description
+  std::string recording;    // what open_dataset takes: an absolute path or "sim:SEED..."
+  std::string calibration;  // absolute path of the file that was used; empty = none
+  std::string predictor;    // what made the labels, or "none"
+  bool complete = true;     // false: interrupted or failed, the map holds the frames so far
+  std::string stopped_by;   // why, if not complete
   double wall_s = 0;
   std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
 };
