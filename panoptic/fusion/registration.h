@@ -50,20 +50,36 @@ class Registration {
   const RegisteredFrame& apply(const Frame& frame, const Segmentation& segmentation);
 
  private:
+  struct Rows {
+    int begin = 0;
+    int end = 0;
+  };
+  // Rows of the depth image that one thread works on, and what it finds there.
+  struct Band {
+    Rows rows;
+    std::size_t readings = 0;
+    float farthest_m = 0;
+    std::vector<std::int32_t> color_pixel;  // per depth pixel: index into the colour image
+    std::vector<std::int32_t> cell;         // per depth pixel: cell of the visibility test
+    std::vector<float> color_depth;         // per depth pixel: z in the colour camera
+    std::vector<float> nearest;             // smallest z per cell of the colour image, for cells in [begin_cell, end_cell)
+    std::size_t begin_cell = 0;
+    std::size_t end_cell = 0;
+  };
+
   void resize(const Frame& frame);
-  void clean_depth(const Frame& frame);
-  void gather_registered(const Frame& frame, const Segmentation& segmentation);
-  void project(const Frame& frame);
-  void find_nearest(const Frame& frame);
-  void gather_visible(const Frame& frame, const Segmentation& segmentation);
+  void clean_depth(const Frame& frame, Band& band);
+  void gather_registered(const Frame& frame, const Segmentation& segmentation, const Band& band);
+  void project(const Frame& frame, Band& band);
+  void find_nearest(Band& band, std::size_t begin_cell, std::size_t end_cell);
+  void limit_visibility();
+  void gather_visible(const Frame& frame, const Segmentation& segmentation, const Band& band);
 
   DepthOptions options_;
   RegisteredFrame result_;
-  std::vector<std::int32_t> color_pixel_;    // per depth pixel: index into the colour image, or -1
-  std::vector<std::int32_t> cell_;           // per depth pixel: cell of the visibility test, where color_pixel_ is one
-  std::vector<float> color_depth_;           // per depth pixel: z in the colour camera
-  int cell_px_ = 1;                          // edge of a cell in colour pixels
-  std::vector<std::vector<float>> nearest_;  // per band of rows: smallest z per cell of the colour image
+  int cell_px_ = 1;  // edge of a cell in colour pixels
+  std::vector<Band> bands_;
+  std::vector<float> limits_;  // per cell: what lies deeper is hidden; and one cell for what is outside the image
 };
 
 }  // namespace panoptic
