@@ -16,6 +16,7 @@ constexpr const char* kFooter =
     "  panoptic run scan.sens --predictions predictions/ -o out/scan --set map.voxel_size_m=0.01\n"
     "  panoptic doctor recording/\n"
     "  panoptic simulate --seed 1 -o home && panoptic run home --predictions home/predictions -o out/home\n"
+    "  panoptic explain out/kitchen 31 --png chair_31.png\n"
     "  panoptic eval out/home --gt home --json scores.json\n"
     "Exit codes: 0 done, 1 something in the world is wrong (one line on stderr), 2 wrong usage, 130 interrupted.";
 
@@ -76,6 +77,16 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.footer("Semantic IoU, instance AP, panoptic quality and surface distances; the rules are in docs/evaluation.md.");
 }
 
+void add_explanation(CLI::App& app, Arguments& a) {
+  constexpr int kMostIds = 65535;
+  app.add_option("out", a.explained, "folder of a run")->required();
+  app.add_option("id", a.object_id, "panoptic id of an object, as in objects.json and in the pictures")
+      ->required()
+      ->check(CLI::Range(0, kMostIds));
+  app.add_option("--png", a.png, "draw its best frames and where it is in the map; needs the run's recording");
+  app.footer("Probabilities, votes over time, best frames, boxes, mergers: docs/outputs.md says what each means.");
+}
+
 }  // namespace
 
 Arguments parse_arguments(int argc, char** argv) {
@@ -102,6 +113,8 @@ Arguments parse_arguments(int argc, char** argv) {
   add_recording(*doctor, a);
 
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
+
+  add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
 
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
 

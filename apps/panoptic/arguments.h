@@ -4,6 +4,7 @@
 // The command line.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -50,6 +51,10 @@ struct Arguments {
   std::string submission;
   std::string category_map;
   std::string variant = "pq-scannet20";
+  // explain
+  std::string explained;  // folder of a run
+  std::uint16_t object_id = 0;
+  std::string png;
   // benchmark
   bool quick = false;
   std::string group;

@@ -12,6 +12,7 @@ int run(const Arguments& arguments);
 int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
 int evaluate(const Arguments& arguments);
+int explain(const Arguments& arguments);
 int simulate(const Arguments& arguments);
 int benchmark(const Arguments& arguments);
 
