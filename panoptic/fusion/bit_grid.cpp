@@ -88,7 +88,7 @@ std::size_t BitGrid::number_points() {
   std::uint32_t count = 0;
   for (std::size_t w = 0; w < bits_.size(); ++w) {
     ranks_[w] = count;
-    count += static_cast<std::uint32_t>(std::popcount(bits_[w]));
+    count += count_bits(bits_[w]);
   }
   return count;
 }

@@ -7,8 +7,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "panoptic/base/clones.h"
-#include "panoptic/fusion/fast_exp.h"
+#include "panoptic/fusion/color_kernels.h"
 #include "panoptic/fusion/lanes.h"
 
 namespace panoptic {
@@ -46,76 +45,6 @@ struct ColorFilter::Centers {
   std::vector<std::uint32_t> first_of;     // by cell, and one more at the end
   std::array<std::vector<float>, 6> axes;  // x y z red green blue
 };
-
-// Clusters that follow each other: those of some cells of a row.
-struct ClusterRange {
-  std::uint32_t first;
-  std::uint32_t past;
-};
-
-// External linkage on purpose: GCC's target_clones need it.
-namespace kernels {
-
-struct PairWork {
-  std::array<const float*, 6> axes;  // of all clusters, and eight values more
-  std::size_t cluster;
-  std::span<const ClusterRange> candidates;
-  float least;           // weights up to this are left out
-  std::uint32_t* found;  // two numbers per pair, the cluster and the bits of the weight; room for all candidates and eight more
-};
-
-// Returns how many pairs were found.
-std::size_t find_pairs(const PairWork& work);
-void sum_pairs_8(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
-void sum_pairs_16(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out);
-
-PANOPTIC_CLONES
-std::size_t find_pairs(const PairWork& work) {
-  std::size_t count = 0;
-  for (const ClusterRange range : work.candidates) {
-    for (std::size_t first = range.first; first < range.past; first += kLanes) {
-      Lanes squares = {};
-      for (const float* axis : work.axes) {
-        Lanes difference;
-        std::memcpy(&difference, axis + first, sizeof difference);
-        difference -= axis[work.cluster];
-        squares += difference * difference;
-      }
-      Lanes weight = -squares;
-      fast_exp(weight);
-      float weights[kLanes];
-      std::memcpy(weights, &weight, sizeof weights);
-      const std::size_t lanes = range.past - first < kLanes ? range.past - first : kLanes;
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        work.found[2 * count] = static_cast<std::uint32_t>(first + lane);
-        work.found[2 * count + 1] = std::bit_cast<std::uint32_t>(weights[lane]);
-        count += weights[lane] > work.least ? 1 : 0;
-      }
-    }
-  }
-  return count;
-}
-
-template <std::size_t Width>
-[[gnu::always_inline]] inline void sum_pairs(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
-  LaneRow<Width> total{};
-  for (std::size_t i = 0; i < count; ++i) {
-    total.add(std::bit_cast<float>(pairs[2 * i + 1]), sums + std::size_t{pairs[2 * i]} * Width);
-  }
-  total.store(out);
-}
-
-PANOPTIC_CLONES
-void sum_pairs_8(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
-  sum_pairs<8>(pairs, count, sums, out);
-}
-
-PANOPTIC_CLONES
-void sum_pairs_16(const std::uint32_t* pairs, std::size_t count, const float* sums, float* out) {
-  sum_pairs<16>(pairs, count, sums, out);
-}
-
-}  // namespace kernels
 
 ColorFilter::ColorFilter(std::span<const GridPoint> points, std::span<const VoxelColor> colors,
                          const ColorFilterSettings& settings, const Ranges& ranges) {
@@ -180,48 +109,103 @@ void ColorFilter::form_clusters(std::span<const GridPoint> points, std::span<con
   for (auto& axis : centers.axes) axis.insert(axis.end(), kLanes, 0.0F);  // read, but never used
 }
 
-// The clusters of the cells within reach of a cell.
-void ColorFilter::collect(const Centers& centers, GridPoint at, float reach_cells, std::vector<ClusterRange>& ranges) {
-  // Clusters within the reach lie in cells at most one cell farther apart.
-  const auto squared_reach = static_cast<std::int32_t>((reach_cells + 1) * (reach_cells + 1));
-  const auto reach = static_cast<std::int32_t>(reach_cells + 1);
-  const GridPoint size = centers.cells.box().size;
-  ranges.clear();
-  for (std::int32_t z = std::max(0, at.z - reach); z <= std::min(size.z - 1, at.z + reach); ++z) {
-    for (std::int32_t y = std::max(0, at.y - reach); y <= std::min(size.y - 1, at.y + reach); ++y) {
-      const std::int32_t left = squared_reach - (z - at.z) * (z - at.z) - (y - at.y) * (y - at.y);
-      if (left < 0) continue;
-      const auto across = static_cast<std::int32_t>(std::sqrt(static_cast<float>(left)));
-      const GridPoint low{std::max(0, at.x - across), y, z};
-      const GridPoint high{std::min(size.x - 1, at.x + across), y, z};
-      // The cells of a row are numbered one after the other, and so are their clusters.
-      const std::uint32_t first = centers.first_of[centers.cells.rank(low)];
-      const std::uint32_t past = centers.first_of[centers.cells.rank(high) + (centers.cells.contains(high) ? 1U : 0U)];
-      if (first < past) ranges.push_back({first, past});
+// The clusters of the cells within reach of a cell, their coordinates side by side.
+class ColorFilter::Candidates {
+ public:
+  Candidates(const Centers& centers, float reach_cells) : centers_(centers) {
+    // Clusters within the reach lie in cells at most one cell farther apart.
+    const auto squared_reach = static_cast<std::int32_t>((reach_cells + 1) * (reach_cells + 1));
+    const auto reach = static_cast<std::int32_t>(reach_cells + 1);
+    for (std::int32_t z = -reach; z <= reach; ++z) {
+      for (std::int32_t y = -reach; y <= reach; ++y) {
+        const std::int32_t left = squared_reach - z * z - y * y;
+        if (left >= 0) rows_.push_back({static_cast<std::int32_t>(std::sqrt(static_cast<double>(left))), y, z});
+      }
     }
   }
-}
+
+  void collect(GridPoint at) {
+    const GridPoint size = centers_.cells.box().size;
+    ranges_.clear();
+    count_ = 0;
+    for (const GridPoint& row : rows_) {
+      const std::int32_t y = at.y + row.y;
+      const std::int32_t z = at.z + row.z;
+      if (y < 0 || y >= size.y || z < 0 || z >= size.z) continue;
+      const GridPoint low{std::max(0, at.x - row.x), y, z};
+      const GridPoint high{std::min(size.x - 1, at.x + row.x), y, z};
+      if (!centers_.cells.any_between(low, high)) continue;
+      // The cells of a row are numbered one after the other, and so are their clusters.
+      ranges_.push_back({centers_.first_of[centers_.cells.rank(low)],
+                         centers_.first_of[centers_.cells.rank(high) + (centers_.cells.contains(high) ? 1U : 0U)]});
+      count_ += ranges_.back().past - ranges_.back().first;
+    }
+    copy_ranges();
+  }
+
+  // Those of them that pair with a cluster.
+  std::span<const ClusterPair> find(std::size_t cluster) {
+    kernels::PairWork work{{}, clusters_.data(), count_, {}, kFarthest, squares_.data(), found_.data()};
+    for (std::size_t a = 0; a < 6; ++a) {
+      work.axes[a] = axes_[a].data();
+      work.center[a] = centers_.axes[a][cluster];
+    }
+    return {found_.data(), kernels::find_pairs(work)};
+  }
+
+ private:
+  static constexpr float kNowhere = 1e15F;
+
+  struct Range {
+    std::uint32_t first;
+    std::uint32_t past;
+  };
+
+  // Eight at once, and what is too many is overwritten by the next range: most are short.
+  void copy_ranges() {
+    make_room(count_ + 2 * kLanes);
+    std::size_t to = 0;
+    for (const Range range : ranges_) {
+      for (std::uint32_t from = range.first; from < range.past; from += kLanes) {
+        const std::size_t at = to + (from - range.first);
+        for (std::size_t a = 0; a < 6; ++a) {
+          std::memcpy(axes_[a].data() + at, centers_.axes[a].data() + from, kLanes * sizeof(float));
+        }
+        for (std::uint32_t lane = 0; lane < kLanes; ++lane) clusters_[at + lane] = from + lane;
+      }
+      to += range.past - range.first;
+    }
+    for (; count_ % kLanes != 0; ++count_) {
+      for (auto& axis : axes_) axis[count_] = kNowhere;
+    }
+  }
+  void make_room(std::size_t count) {
+    if (count <= clusters_.size()) return;
+    for (auto& axis : axes_) axis.resize(count);
+    clusters_.resize(count);
+    squares_.resize(count);
+    found_.resize(count);
+  }
+
+  const Centers& centers_;
+  std::vector<GridPoint> rows_;  // of cells: y and z from the middle one, and how far they reach along x
+  std::vector<Range> ranges_;    // of clusters that follow each other
+  std::size_t count_ = 0;
+  std::array<std::vector<float>, 6> axes_;
+  std::vector<std::uint32_t> clusters_;
+  std::vector<float> squares_;
+  std::vector<ClusterPair> found_;
+};
 
 void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const Ranges& threads) {
   pairs_.resize((cluster_count() + kGrain - 1) / kGrain);
   threads.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     Pairs& piece = pairs_[begin / kGrain];
-    std::vector<ClusterRange> candidates;
-    std::vector<Pair> found;
-    kernels::PairWork work{{}, 0, {}, static_cast<float>(std::exp(-double{kFarthest})), nullptr};
-    for (std::size_t a = 0; a < 6; ++a) work.axes[a] = centers.axes[a].data();
+    Candidates candidates(centers, reach_cells);
     for (std::size_t c = begin; c < end; ++c) {
-      if (c == begin || !(centers.cell_of[c] == centers.cell_of[c - 1])) {
-        collect(centers, centers.cell_of[c], reach_cells, candidates);
-        std::size_t room = kLanes;
-        for (const ClusterRange& range : candidates) room += range.past - range.first;
-        found.resize(std::max(found.size(), room));
-        work.candidates = candidates;
-        work.found = &found[0].cluster;
-      }
-      work.cluster = c;
-      const auto count = static_cast<std::ptrdiff_t>(kernels::find_pairs(work));
-      piece.pairs.insert(piece.pairs.end(), found.begin(), found.begin() + count);
+      if (c == begin || !(centers.cell_of[c] == centers.cell_of[c - 1])) candidates.collect(centers.cell_of[c]);
+      const auto found = candidates.find(c);
+      piece.pairs.insert(piece.pairs.end(), found.begin(), found.end());
       piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));
     }
   });
@@ -229,37 +213,24 @@ void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const
 
 const float* ColorFilter::apply(const ScaledRows& in, RowWidth row_width, ColorScratch& scratch, const Ranges& ranges) const {
   const auto width = static_cast<std::size_t>(row_width);
-  scratch.sums.resize(std::max(scratch.sums.size(), cluster_count() * width));
-  scratch.blurred.resize(std::max(scratch.blurred.size(), cluster_count() * width));
+  float* sums = scratch.sums.make_room(cluster_count() * width);
+  float* blurred = scratch.blurred.make_room(cluster_count() * width);
   ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
-    std::size_t m = begin == 0 ? 0 : member_ends_[begin - 1];
-    for (std::size_t k = begin; k < end; ++k) {
-      float* sum = scratch.sums.data() + k * width;
-      std::fill(sum, sum + width, 0.0F);
-      for (; m < member_ends_[k]; ++m) {
-        const float factor = in.scale == nullptr ? 1.0F : in.scale[members_[m]];
-        const float* from = in.row(members_[m]);
-        for (std::size_t c = 0; c < width; ++c) sum[c] += factor * from[c];
-      }
-    }
+    const std::span ends(member_ends_.data() + begin, end - begin);
+    const std::size_t first = begin == 0 ? 0 : member_ends_[begin - 1];
+    kernels::sum_members({{ends, first, sums + begin * width}, members_.data(), in}, row_width);
   });
-  const auto sum_pairs = row_width == RowWidth::k8 ? kernels::sum_pairs_8 : kernels::sum_pairs_16;
-  ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
-    const Pairs& piece = pairs_[begin / kGrain];
-    std::size_t first = 0;
-    for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t past = piece.ends[k - begin];
-      sum_pairs(&piece.pairs[first].cluster, past - first, scratch.sums.data(), scratch.blurred.data() + k * width);
-      first = past;
-    }
+  ranges.run(pairs_.size(), 1, [&](std::size_t piece, std::size_t) {
+    const Pairs& pairs = pairs_[piece];
+    kernels::sum_pairs({{pairs.ends, 0, blurred + piece * kGrain * width}, pairs.pairs.data(), sums}, row_width);
   });
-  return scratch.blurred.data();
+  return blurred;
 }
 
 std::size_t ColorFilter::memory_bytes() const {
   std::size_t bytes = (cluster_of_.capacity() + members_.capacity() + member_ends_.capacity()) * sizeof(std::uint32_t);
   for (const Pairs& piece : pairs_) {
-    bytes += piece.pairs.capacity() * sizeof(Pair) + piece.ends.capacity() * sizeof(std::uint32_t);
+    bytes += piece.pairs.capacity() * sizeof(ClusterPair) + piece.ends.capacity() * sizeof(std::uint32_t);
   }
   return bytes;
 }

@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "panoptic/fusion/bit_grid.h"
+#include "panoptic/fusion/color_kernels.h"
+#include "panoptic/fusion/float_rows.h"
 #include "panoptic/fusion/grid_filter.h"
 #include "panoptic/fusion/ranges.h"
 
 namespace panoptic {
-
-struct ClusterRange;
 
 using VoxelColor = std::array<float, 3>;  // 0..255
 
@@ -29,8 +29,8 @@ struct ColorFilterSettings {
 };
 
 struct ColorScratch {
-  std::vector<float> sums;     // a row per cluster
-  std::vector<float> blurred;  // a row per cluster
+  FloatRows sums;     // a row per cluster
+  FloatRows blurred;  // a row per cluster
 };
 
 class ColorFilter {
@@ -50,17 +50,13 @@ class ColorFilter {
  private:
   static constexpr std::size_t kGrain = 512;  // clusters that are worked together
 
-  struct Pair {
-    std::uint32_t cluster;
-    std::uint32_t weight;  // the bits of a float
-  };
   struct Pairs {  // of kGrain clusters
-    std::vector<Pair> pairs;
+    std::vector<ClusterPair> pairs;
     std::vector<std::uint32_t> ends;
   };
   struct Centers;
+  class Candidates;
 
-  static void collect(const Centers& centers, GridPoint at, float reach_cells, std::vector<ClusterRange>& ranges);
   void form_clusters(std::span<const GridPoint> points, std::span<const VoxelColor> colors, const ColorFilterSettings& settings,
                      std::span<const GridPoint> cells, Centers& centers);
   void pair_clusters(const Centers& centers, float reach_cells, const Ranges& threads);

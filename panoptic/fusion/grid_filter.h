@@ -4,8 +4,9 @@
 // Sums over the points of a sparse voxel grid, weighted by a Gaussian of their distance: k2 of the paper (Eq. 16). Exact but for
 // the truncation at 4 sigma along each axis, because a Gaussian is the product of three along the axes.
 //
-// Passing along one axis after the other needs values between the points. Only those between points are kept, and the axis that
-// would need the most of them is taken in the middle: for a wall that is about one place more per point.
+// Passing along one axis after the other needs values between the points: 2 to 7 places per point of a slanted surface. Only
+// those that lie between points are kept, and the axis that would need the most of them is taken in the middle, where it needs
+// none of its own. The first two passes are done slice by slice, so that what lies between them never leaves the cache.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "panoptic/fusion/bit_grid.h"
+#include "panoptic/fusion/float_rows.h"
 #include "panoptic/fusion/ranges.h"
 
 namespace panoptic {
@@ -29,55 +31,64 @@ struct ScaledRows {
   const float* row(std::size_t i) const { return values + i * stride; }
 };
 
+// Rows in the order in which lines need them, and where on the line they lie.
+struct LinePlace {
+  std::uint32_t row;
+  std::int32_t at;  // from the first value of the stretch
+};
+
+// Stretches of lines along one axis. A stretch is the values that come in with nothing farther apart than two radii, and the sums
+// that go out within a radius of them.
+struct GridLines {
+  struct Stretch {
+    std::uint32_t ins_end;
+    std::uint32_t outs_end;
+  };
+  std::vector<Stretch> stretches;
+  std::vector<LinePlace> ins;
+  std::vector<LinePlace> outs;
+  std::size_t longest = 0;  // in places, from the first to the last value of a stretch
+
+  std::size_t memory_bytes() const {
+    return stretches.capacity() * sizeof(Stretch) + (ins.capacity() + outs.capacity()) * sizeof(LinePlace);
+  }
+};
+
 // Scratch of GridFilter::apply, kept between calls.
 struct GridScratch {
-  std::vector<float> first;  // after the first pass
-  std::vector<float> second;
+  FloatRows rows;  // before the last pass
 };
 
 class GridFilter {
  public:
   // `points` in the order of (z, y, x), none twice; sigma in voxels.
-  GridFilter(std::span<const GridPoint> points, float sigma);
+  GridFilter(std::span<const GridPoint> points, float sigma, const Ranges& ranges = {});
 
-  std::size_t size() const { return counts_[0]; }
+  std::size_t size() const { return size_; }
 
   // Row i of `out`, which has `width` values, becomes the sum over j of exp(-|i - j|^2 / (2 sigma^2)) * scale[j] * row j of
   // `in`, j = i included.
   void apply(const ScaledRows& in, float* out, RowWidth width, GridScratch& scratch, const Ranges& ranges) const;
 
   std::size_t memory_bytes() const;
-  // Places between the passes; scratch takes a row for each.
-  std::size_t places_between() const { return counts_[1] + counts_[2]; }
+  // Places between the passes.
+  std::size_t places_between() const { return places_first_ + places_middle_; }
 
   static constexpr float kTruncation = 4;  // sigmas
 
-  // Places along one axis, line after line; a line ends where nothing is within reach.
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  struct Place {
-    std::uint32_t in;   // the value that enters here, or kNone
-    std::uint32_t out;  // the sum that leaves here, or kNone
-  };
-
  private:
-  static constexpr std::size_t kPiecePlaces = 16384;
-
-  struct Piece {  // some lines that are worked together
-    std::vector<Place> places;
-    std::vector<std::uint32_t> line_ends;
-  };
-  struct Pass {
-    std::vector<Piece> pieces;
-    std::size_t longest = 0;  // of all lines
+  struct Slice {
+    GridLines first;
+    GridLines middle;
+    std::size_t places = 0;  // between the two
   };
 
-  void add_line(const BitGrid& in, const BitGrid& out, int axis, GridPoint p, Pass& pass) const;
-  Pass make_pass(const BitGrid& in, const BitGrid& out, int axis) const;
-  void run(const Pass& pass, const ScaledRows& in, float* out, RowWidth width, const Ranges& ranges) const;
-
-  std::vector<float> taps_;  // 0 .. radius
-  Pass passes_[3];
-  std::size_t counts_[3] = {};  // points, and places after the first and the second pass
+  std::size_t size_;
+  std::vector<float> taps_;  // from a place beyond the radius on one side, where they are 0, to one on the other
+  std::vector<Slice> slices_;
+  std::vector<GridLines> last_;
+  std::size_t places_first_ = 0;
+  std::size_t places_middle_ = 0;
 };
 
 }  // namespace panoptic

@@ -158,8 +158,8 @@ MeanField::Best MeanField::best(std::size_t voxel) const {
 }
 
 std::size_t MeanField::memory_bytes() const {
-  const std::size_t floats = 3 * graph_.size() + rows_.capacity() + grid_sums_.capacity() + grid_scratch_.first.capacity() +
-                             grid_scratch_.second.capacity() + color_scratch_.sums.capacity() + color_scratch_.blurred.capacity();
+  const std::size_t floats = 3 * graph_.size() + rows_.capacity() + grid_sums_.capacity() + grid_scratch_.rows.capacity() +
+                             color_scratch_.sums.capacity() + color_scratch_.blurred.capacity();
   return floats * sizeof(float) + grid_filter_.memory_bytes() + color_filter_.memory_bytes();
 }
 
