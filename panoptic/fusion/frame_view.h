@@ -14,6 +14,7 @@ struct FrameView {
   Camera camera;
   Eigen::Matrix3f world_from_camera;  // rotation
   Vec3d camera_in_world_m;
+  float farthest_m = 0;  // the largest depth
 
   std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(pixels.width) + static_cast<std::size_t>(u);

@@ -4,22 +4,35 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #include "panoptic/base/clones.h"
 
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kRow = kBlockSide;
+constexpr int kRow = kBlockSide;
+constexpr int kSlice = kRow * kRow;
 
-// A row of 16 voxels on its way through the loops: plain arrays, so that each loop vectorises by itself.
+// A slice of 16 x 16 voxels on its way to the pixels: plain arrays, and nothing but ternaries in the loops, so that each loop
+// vectorises by itself. Long loops of loads and of prefetches hide how far away the images are.
+struct SliceScratch {
+  alignas(64) float x[kSlice];
+  alignas(64) float y[kSlice];
+  alignas(64) float z[kSlice];
+  alignas(64) float inverse_z[kSlice];
+  alignas(64) std::int32_t pixel[kSlice];
+  alignas(64) float depth[kSlice];
+  alignas(64) std::uint8_t near[kSlice];  // 1 = may be in the band
+};
+
+// A row of 16 voxels that is fused.
 struct RowScratch {
-  alignas(64) float z[kRow];
-  alignas(64) float range_per_z[kRow];
-  alignas(64) std::int32_t pixel[kRow];
-  alignas(64) float depth[kRow];
   alignas(64) float distance[kRow];
-  alignas(64) float weight[kRow];
+  alignas(64) float weight[kRow];      // of the observation; 0 = outside the band
+  alignas(64) float old_weight[kRow];  // of the voxel
+  alignas(64) std::uint32_t color[kRow];
+  alignas(64) std::int32_t label[kRow];
 };
 
 }  // namespace
@@ -27,49 +40,133 @@ struct RowScratch {
 // External linkage on purpose: GCC's target_clones need it.
 namespace kernels {
 
-void integrate_rows(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
+void integrate_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
 
-PANOPTIC_CLONES
-void integrate_rows(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  RowScratch s{};
+// Where the voxels of a slice are and which pixels they fall on.
+[[gnu::always_inline]] static inline void project_slice(const KernelFrame& frame, const BlockInCamera& place, int slice,
+                                                        SliceScratch& s) {
   const auto width = static_cast<float>(frame.width);
   const auto height = static_cast<float>(frame.height);
   const std::int32_t outside = frame.width * frame.height;
-  for (std::size_t row = 0; row < kRow * kRow; ++row) {
-    const auto iy = static_cast<float>(row % kRow);
-    const auto iz = static_cast<float>(row / kRow);
-    const float x0 = place.origin[0] + iy * place.step_y[0] + iz * place.step_z[0];
-    const float y0 = place.origin[1] + iy * place.step_y[1] + iz * place.step_z[1];
-    const float z0 = place.origin[2] + iy * place.step_y[2] + iz * place.step_z[2];
-    for (std::size_t k = 0; k < kRow; ++k) {
-      const auto ix = static_cast<float>(static_cast<std::int32_t>(k));
-      const float x = x0 + ix * place.step_x[0];
-      const float y = y0 + ix * place.step_x[1];
-      const float z = z0 + ix * place.step_x[2];
-      const float inverse = 1.0F / z;
-      const float u = frame.fx * x * inverse + frame.cx + 0.5F;
-      const float v = frame.fy * y * inverse + frame.cy + 0.5F;
-      const bool inside = (z > 0) & (u >= 0) & (u < width) & (v >= 0) & (v < height);
-      const auto ui = static_cast<std::int32_t>(inside ? u : 0.0F);
-      const auto vi = static_cast<std::int32_t>(inside ? v : 0.0F);
-      s.pixel[k] = inside ? vi * frame.width + ui : outside;
-      s.z[k] = z;
-      s.range_per_z[k] = std::sqrt(x * x + y * y + z * z) * inverse;
+  const auto iz = static_cast<float>(slice);
+  for (int k = 0; k < kSlice; ++k) {
+    const auto ix = static_cast<float>(k & (kRow - 1));
+    const auto iy = static_cast<float>(k / kRow);
+    const float x = place.origin[0] + iy * place.step_y[0] + iz * place.step_z[0] + ix * place.step_x[0];
+    const float y = place.origin[1] + iy * place.step_y[1] + iz * place.step_z[1] + ix * place.step_x[1];
+    const float z = place.origin[2] + iy * place.step_y[2] + iz * place.step_z[2] + ix * place.step_x[2];
+    const float inverse = 1.0F / z;
+    const float u = frame.fx * x * inverse + frame.cx + 0.5F;
+    const float v = frame.fy * y * inverse + frame.cy + 0.5F;
+    const bool inside = (z > 0) & (u >= 0) & (u < width) & (v >= 0) & (v < height);
+    const auto ui = static_cast<std::int32_t>(inside ? u : 0.0F);
+    const auto vi = static_cast<std::int32_t>(inside ? v : 0.0F);
+    s.pixel[k] = inside ? vi * frame.width + ui : outside;
+    s.x[k] = x;
+    s.y[k] = y;
+    s.z[k] = z;
+    s.inverse_z[k] = inverse;
+  }
+}
+
+// Which voxels could be in the band? The signed distance along the ray is never shorter than that along z; `reach` is a little
+// more than the band, for rounding.
+[[gnu::always_inline]] static inline void find_near(const KernelFrame& frame, float reach, SliceScratch& s) {
+  for (int k = 0; k < kSlice; ++k) s.depth[k] = frame.depth[s.pixel[k]];
+  for (int k = 0; k < kSlice; ++k) {
+    const float along_z = s.depth[k] - s.z[k];
+    s.near[k] = ((s.depth[k] > 0) & (along_z < reach) & (along_z > -reach)) ? 1 : 0;
+  }
+}
+
+[[gnu::always_inline]] static inline bool any_near(const SliceScratch& s, int row) {
+  std::uint64_t half[2];
+  std::memcpy(half, s.near + row * kRow, sizeof half);
+  return (half[0] | half[1]) != 0;
+}
+
+[[gnu::always_inline]] static inline void prefetch_row(const KernelFrame& frame, const SliceScratch& s, int row) {
+#pragma GCC unroll 1
+  for (int k = row * kRow; k < (row + 1) * kRow; ++k) {
+    __builtin_prefetch(frame.color + s.pixel[k]);
+    __builtin_prefetch(frame.label + s.pixel[k]);
+  }
+}
+
+[[gnu::always_inline]] static inline void weigh(const KernelFrame& frame, const Band& band, const SliceScratch& s, int row,
+                                                RowScratch& r) {
+  const int first = row * kRow;
+  for (int k = 0; k < kRow; ++k) {
+    const int i = first + k;
+    const float range_per_z = std::sqrt(s.x[i] * s.x[i] + s.y[i] * s.y[i] + s.z[i] * s.z[i]) * s.inverse_z[i];
+    const float distance = (s.depth[i] - s.z[i]) * range_per_z;
+    const bool use = (s.depth[i] > 0) & (distance < band.truncation_m) & (distance > -band.truncation_m);
+    const float weight = observation_weight(use ? s.depth[i] : 1.0F, distance, band);
+    r.distance[k] = distance;
+    r.weight[k] = use ? weight : 0.0F;
+  }
+#pragma GCC unroll 1
+  for (int k = 0; k < kRow; ++k) {
+    r.color[k] = frame.color[s.pixel[first + k]];
+    r.label[k] = number(frame.label[s.pixel[first + k]]);
+  }
+}
+
+[[gnu::always_inline]] static inline void fuse_distances(VoxelBlock& block, std::size_t first, RowScratch& s) {
+  float* __restrict distance = block.distance.data() + first;
+  float* __restrict weight = block.weight.data() + first;
+  for (int k = 0; k < kRow; ++k) {
+    const float old_weight = weight[k];
+    const float fused = fused_distance(distance[k], old_weight, s.distance[k], s.weight[k]);
+    distance[k] = s.weight[k] > 0 ? fused : distance[k];
+    weight[k] = old_weight + s.weight[k];
+    s.old_weight[k] = old_weight;
+  }
+}
+
+[[gnu::always_inline]] static inline void fuse_channel(std::uint16_t* plane, int shift, const RowScratch& s) {
+  for (int k = 0; k < kRow; ++k) {
+    const bool use = (s.weight[k] > 0) & (s.color[k] != 0);
+    const auto color = static_cast<std::uint8_t>(s.color[k] >> shift);
+    const std::uint16_t fused = fused_color(plane[k], s.old_weight[k], color, s.weight[k]);
+    plane[k] = use ? fused : plane[k];
+  }
+}
+
+[[gnu::always_inline]] static inline void fuse_labels(VoxelBlock& block, std::size_t first, const RowScratch& s) {
+  std::uint16_t* __restrict label = block.label.data() + first;
+  float* __restrict label_weight = block.label_weight.data() + first;
+  for (int k = 0; k < kRow; ++k) {
+    const bool use = (s.weight[k] > 0) & (s.label[k] != number(PanopticId::kNoVote));
+    const VoxelLabel fused = fused_label({label[k], label_weight[k]}, static_cast<std::uint16_t>(s.label[k]), s.weight[k]);
+    label[k] = use ? fused.label : label[k];
+    label_weight[k] = use ? fused.weight : label_weight[k];
+  }
+}
+
+PANOPTIC_CLONES
+void integrate_slices(const KernelFrame& frame_in, const BlockInCamera& place_in, const Band& band_in, VoxelBlock& block) {
+  const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
+  const BlockInCamera place = place_in;
+  const Band band = band_in;
+  const float reach = band.truncation_m * 1.001F;
+  SliceScratch s;
+  RowScratch r;
+  for (int slice = 0; slice < kRow; ++slice) {
+    project_slice(frame, place, slice, s);
+    find_near(frame, reach, s);
+    for (int row = 0; row < kRow; ++row) {
+      if (any_near(s, row)) prefetch_row(frame, s, row);
     }
-    for (std::size_t k = 0; k < kRow; ++k) s.depth[k] = frame.depth[s.pixel[k]];
-    std::int32_t in_band = 0;
-    for (std::size_t k = 0; k < kRow; ++k) {
-      const float distance = (s.depth[k] - s.z[k]) * s.range_per_z[k];
-      const bool use = (s.depth[k] > 0) & (distance < band.truncation_m) & (distance > -band.truncation_m);
-      s.distance[k] = distance;
-      s.weight[k] = use ? observation_weight(s.depth[k], distance, band) : 0.0F;
-      in_band |= use ? 1 : 0;
-    }
-    if (in_band == 0) continue;
-    for (std::size_t k = 0; k < kRow; ++k) {
-      if (s.weight[k] <= 0) continue;
-      const auto pixel = static_cast<std::size_t>(s.pixel[k]);
-      fuse_voxel(block, row * kRow + k, s.distance[k], s.weight[k], frame.color[pixel], frame.label[pixel]);
+    for (int row = 0; row < kRow; ++row) {
+      if (!any_near(s, row)) continue;
+      const auto first = static_cast<std::size_t>(slice * kSlice + row * kRow);
+      weigh(frame, band, s, row, r);
+      fuse_distances(block, first, r);
+      fuse_channel(block.red.data() + first, 16, r);
+      fuse_channel(block.green.data() + first, 8, r);
+      fuse_channel(block.blue.data() + first, 0, r);
+      fuse_labels(block, first, r);
     }
   }
 }
@@ -77,7 +174,7 @@ void integrate_rows(const KernelFrame& frame, const BlockInCamera& place, const 
 }  // namespace kernels
 
 void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  kernels::integrate_rows(frame, place, band, block);
+  kernels::integrate_slices(frame, place, band, block);
 }
 
 }  // namespace panoptic

@@ -42,7 +42,6 @@ class Integrator {
   static constexpr std::size_t kChunks = 32;
   using PixelsOfBlock = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
 
-  void touch_bands(const FrameView& view, int stride_px, const VoxelMap& map);
   void touch_rays(const FrameView& view, const VoxelMap& map);
   std::vector<Slot> allocate(VoxelMap& map);
   void update_by_projection(const FrameView& view, std::span<const Slot> slots, VoxelMap& map);

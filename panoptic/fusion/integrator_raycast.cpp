@@ -71,6 +71,7 @@ void Integrator::touch_rays(const FrameView& view, const VoxelMap& map) {
   parallel_for(kChunks, [&](std::size_t chunk) {
     PixelsOfBlock& lists = rays_[chunk];
     for (auto& [key, list] : lists) list.clear();
+    keys_[chunk].clear();
     const auto begin = static_cast<std::uint32_t>(pixels * chunk / kChunks);
     const auto end = static_cast<std::uint32_t>(pixels * (chunk + 1) / kChunks);
     for (std::uint32_t pixel = begin; pixel < end; ++pixel) {
