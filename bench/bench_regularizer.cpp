@@ -23,7 +23,8 @@ double agreement(const Sheet& like, const MeanFieldSettings& settings) {
   small.patch = 5;
   const CrfGraph graph = test::sheet_graph(small, 5);
   const auto expected = test::naive_mean_field(graph, settings, 5);
-  MeanField field(graph, settings);
+  MeanFieldScratch scratch;
+  MeanField field(graph, settings, scratch);
   for (int i = 0; i < 5; ++i) field.iterate();
   double same = 0;
   for (std::size_t v = 0; v < graph.size(); ++v) same += field.best(v).label == test::argmax(expected[v]) ? 1 : 0;
@@ -40,8 +41,9 @@ void mean_field(benchmark::State& state) {
   const MeanFieldSettings settings{state.range(2) != 0 ? 10.0F : 4.0F, state.range(2) != 0 ? 15.0F : 4.0F, 2.083F, 20};
   const CrfGraph graph = test::sheet_graph(sheet, 5);
   std::size_t bytes = 0;
+  MeanFieldScratch scratch;
   for (auto _ : state) {
-    MeanField field(graph, settings, {.parallel = true});
+    MeanField field(graph, settings, scratch, {.parallel = true});
     for (int i = 0; i < 5; ++i) field.iterate();
     benchmark::DoNotOptimize(field.best(0));
     bytes = field.memory_bytes();

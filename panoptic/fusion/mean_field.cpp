@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "panoptic/base/clones.h"
 #include "panoptic/base/error.h"
@@ -15,10 +16,6 @@ namespace {
 
 constexpr std::size_t kGrain = 2048;  // voxels that are worked together
 
-RowWidth width_from(std::size_t first_label, std::size_t stride) {
-  return stride - first_label >= 16 ? RowWidth::k16 : RowWidth::k8;
-}
-
 // Every voxel belongs to some sum of at least its own 1, so the root is of something positive.
 float inverse_root(float sum) { return 1.0F / std::sqrt(sum); }
 
@@ -27,140 +24,190 @@ float inverse_root(float sum) { return 1.0F / std::sqrt(sum); }
 // External linkage on purpose: GCC's target_clones need it.
 namespace kernels {
 
-// What one voxel's messages are made of: the kernels' sums, and how much of its own marginals they hold.
-struct MessageParts {
-  const float* color_sum;
-  const float* grid_sum;
-  float color_factor;  // w n
-  float grid_factor;
-  float own_factor;  // w1 n1 n1 + w2 n2 n2
+// What messages are made of: the kernels' sums, and the own marginals, in whose place they come.
+struct MessageWork {
+  const float* color_sums;          // by cluster
+  const std::uint32_t* cluster_of;  // by voxel, as all below
+  const float* grid_sums;
+  const float* color_norm;
+  const float* grid_norm;
+  float w1;
+  float w2;
+  float* rows;
 };
 
-void combine_8(const MessageParts& parts, float* row);
-void combine_16(const MessageParts& parts, float* row);
-void softmax_rows(float* rows, std::size_t count, std::span<const float> is_label);
+// Eight labels: their values are `stride` apart from voxel to voxel.
+struct LabelGroup {
+  float* rows;
+  std::size_t stride;
+};
 
-template <int Width>
-[[gnu::always_inline]] inline void combine(const MessageParts& parts, float* row) {
-  for (int c = 0; c < Width; ++c) {
-    row[c] = parts.color_factor * parts.color_sum[c] + parts.grid_factor * parts.grid_sum[c] - parts.own_factor * row[c];
+void combine_8(const MessageWork& work, std::size_t first, std::size_t past);
+void combine_16(const MessageWork& work, std::size_t first, std::size_t past);
+void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::size_t first, std::size_t past);
+
+template <std::size_t Width>
+[[gnu::always_inline]] inline void combine(const MessageWork& work, std::size_t first, std::size_t past) {
+  for (std::size_t i = first; i < past; ++i) {
+    const float color_factor = work.w1 * work.color_norm[i];
+    const float grid_factor = work.w2 * work.grid_norm[i];
+    const float own_factor = color_factor * work.color_norm[i] + grid_factor * work.grid_norm[i];
+    const float* color = work.color_sums + std::size_t{work.cluster_of[i]} * Width;
+    const float* grid = work.grid_sums + i * Width;
+    float* row = work.rows + i * Width;
+    for (std::size_t c = 0; c < Width; ++c) row[c] = color_factor * color[c] + grid_factor * grid[c] - own_factor * row[c];
   }
 }
 
-PANOPTIC_CLONES void combine_8(const MessageParts& parts, float* row) { combine<8>(parts, row); }
-PANOPTIC_CLONES void combine_16(const MessageParts& parts, float* row) { combine<16>(parts, row); }
+PANOPTIC_CLONES void combine_8(const MessageWork& work, std::size_t first, std::size_t past) { combine<8>(work, first, past); }
+PANOPTIC_CLONES void combine_16(const MessageWork& work, std::size_t first, std::size_t past) { combine<16>(work, first, past); }
 
-// Rows of logits to rows of probabilities; columns where is_label is 0 become 0. Eight sums side by side, in a fixed order.
+// Logits to probabilities; columns where is_label is 0 become 0. Eight sums side by side, in a fixed order.
 PANOPTIC_CLONES
-void softmax_rows(float* rows, std::size_t count, std::span<const float> is_label) {
-  const std::size_t stride = is_label.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    float* row = rows + i * stride;
-    float most[kLanes];
-    for (std::size_t c = 0; c < kLanes; ++c) most[c] = row[c];
-    for (std::size_t g = kLanes; g < stride; g += kLanes) {
-      for (std::size_t c = 0; c < kLanes; ++c) most[c] = row[g + c] > most[c] ? row[g + c] : most[c];
+void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::size_t first, std::size_t past) {
+  for (std::size_t i = first; i < past; ++i) {
+    Lanes most;
+    std::memcpy(&most, groups[0].rows + i * groups[0].stride, sizeof most);
+    for (const LabelGroup& group : groups) {
+      Lanes logits;
+      std::memcpy(&logits, group.rows + i * group.stride, sizeof logits);
+      most = logits > most ? logits : most;
     }
     float highest = most[0];
     for (std::size_t c = 1; c < kLanes; ++c) highest = most[c] > highest ? most[c] : highest;
-    float sums[kLanes] = {};
-    for (std::size_t g = 0; g < stride; g += kLanes) {
-      for (std::size_t c = 0; c < kLanes; ++c) {
-        row[g + c] = is_label[g + c] * fast_exp(row[g + c] - highest);
-        sums[c] += row[g + c];
-      }
+    Lanes sums = {};
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      float* row = groups[g].rows + i * groups[g].stride;
+      Lanes value;
+      Lanes mask;
+      std::memcpy(&value, row, sizeof value);
+      std::memcpy(&mask, is_label + g * kLanes, sizeof mask);
+      value -= highest;
+      fast_exp(value);
+      value *= mask;
+      sums += value;
+      std::memcpy(row, &value, sizeof value);
     }
     const float total = ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
     const float share = 1.0F / total;
-    for (std::size_t c = 0; c < stride; ++c) row[c] *= share;
+    for (const LabelGroup& group : groups) {
+      float* row = group.rows + i * group.stride;
+      for (std::size_t c = 0; c < kLanes; ++c) row[c] *= share;
+    }
   }
 }
 
 }  // namespace kernels
 
-MeanField::MeanField(const CrfGraph& graph, const MeanFieldSettings& settings, Ranges ranges)
+std::size_t MeanFieldScratch::memory_bytes() const {
+  return (rows.capacity() + grid_sums.capacity() + grid.rows.capacity() + color.sums.capacity() + color.blurred.capacity()) *
+         sizeof(float);
+}
+
+MeanField::MeanField(const CrfGraph& graph, const MeanFieldSettings& settings, MeanFieldScratch& scratch, Ranges ranges)
     : graph_(graph),
       settings_(settings),
+      scratch_(scratch),
       ranges_(ranges),
-      grid_filter_(graph.points, settings.theta_alpha),
+      grid_filter_(graph.points, settings.theta_alpha, ranges),
       color_filter_(graph.points, graph.colors, {settings.theta_alpha, settings.theta_beta}, ranges),
       color_norm_(graph.size()),
       grid_norm_(graph.size()),
-      head_start_(graph.size()),
-      stride_((graph.label_count + kLanes - 1) / kLanes * kLanes) {
+      head_start_(graph.size()) {
   PANOPTIC_ASSERT(graph.size() > 0 && graph.label_count > 0 && graph.all_labels >= graph.label_count);
-  const std::size_t count = graph.size();
-  // The kernels' row sums: what the filters make of ones.
-  rows_.assign(count * kLanes, 1.0F);
-  grid_sums_.resize(count * kLanes);
-  const ScaledRows ones{rows_.data(), kLanes, nullptr};
-  grid_filter_.apply(ones, grid_sums_.data(), RowWidth::k8, grid_scratch_, ranges_);
-  const float* color_sums = color_filter_.apply(ones, RowWidth::k8, color_scratch_, ranges_);
-  for (std::size_t i = 0; i < count; ++i) {
-    grid_norm_[i] = inverse_root(grid_sums_[i * kLanes]);
-    color_norm_[i] = inverse_root(color_sums[color_filter_.cluster_of()[i] * kLanes]);
+  const std::size_t columns = (graph.label_count + kLanes - 1) / kLanes * kLanes;
+  float* rows = scratch_.rows.make_room(graph.size() * columns);
+  scratch_.grid_sums.make_room(graph.size() * std::min(columns, std::size_t{16}));
+  normalise_kernels();
+  set_head_starts();
+  for (std::size_t label = 0; label < columns;) {
+    const RowWidth width = columns - label >= 16 ? RowWidth::k16 : RowWidth::k8;
+    chunks_.push_back({width, rows + label * graph.size()});
+    label += static_cast<std::size_t>(width);
   }
-  // In double: rounded to float it is the same whichever of its variants for this CPU the library takes.
-  const double others = static_cast<double>(graph.all_labels) - 1;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double p = graph.probabilities[i];
-    head_start_[i] = others < 1 ? 0.0F : static_cast<float>(std::log(p * others / (1 - p)));
-  }
-  rows_.assign(count * stride_, 0.0F);
+  is_label_.assign(columns, 0.0F);
+  std::fill_n(is_label_.begin(), graph.label_count, 1.0F);
+  ranges_.run(graph.size() * columns, kGrain * kLanes,
+              [&](std::size_t begin, std::size_t end) { std::fill(rows + begin, rows + end, 0.0F); });
   normalise_rows();
 }
 
-void MeanField::iterate() {
-  for (std::size_t label = 0; label < stride_;) {
-    const RowWidth width = width_from(label, stride_);
-    pass_messages(label, width);
-    label += static_cast<std::size_t>(width);
+// The kernels' row sums: what the filters make of ones.
+void MeanField::normalise_kernels() {
+  float* ones = scratch_.rows.data();
+  std::fill_n(ones, graph_.size() * kLanes, 1.0F);
+  const ScaledRows in{ones, kLanes, nullptr};
+  const float* grid_sums = scratch_.grid_sums.data();
+  grid_filter_.apply(in, scratch_.grid_sums.data(), RowWidth::k8, scratch_.grid, ranges_);
+  const float* color_sums = color_filter_.apply(in, RowWidth::k8, scratch_.color, ranges_);
+  for (std::size_t i = 0; i < graph_.size(); ++i) {
+    grid_norm_[i] = inverse_root(grid_sums[i * kLanes]);
+    color_norm_[i] = inverse_root(color_sums[color_filter_.cluster_of()[i] * kLanes]);
   }
+}
+
+void MeanField::set_head_starts() {
+  // In double: rounded to float it is the same whichever of its variants for this CPU the library takes.
+  const double others = static_cast<double>(graph_.all_labels) - 1;
+  ranges_.run(graph_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const double p = graph_.probabilities[i];
+      head_start_[i] = others < 1 ? 0.0F : static_cast<float>(std::log(p * others / (1 - p)));
+    }
+  });
+}
+
+void MeanField::iterate() {
+  for (const Chunk& chunk : chunks_) pass_messages(chunk);
   normalise_rows();
 }
 
 // Marginals of some labels to their messages, in place: no label's message depends on another label.
-void MeanField::pass_messages(std::size_t first_label, RowWidth row_width) {
-  const auto width = static_cast<std::size_t>(row_width);
-  grid_sums_.resize(std::max(grid_sums_.size(), graph_.size() * width));
-  const float* q = rows_.data() + first_label;
-  grid_filter_.apply({q, stride_, grid_norm_.data()}, grid_sums_.data(), row_width, grid_scratch_, ranges_);
-  const float* color_sums = color_filter_.apply({q, stride_, color_norm_.data()}, row_width, color_scratch_, ranges_);
-  const auto combine = row_width == RowWidth::k8 ? kernels::combine_8 : kernels::combine_16;
-  ranges_.run(graph_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const float color_factor = settings_.w1 * color_norm_[i];
-      const float grid_factor = settings_.w2 * grid_norm_[i];
-      combine({color_sums + color_filter_.cluster_of()[i] * width, grid_sums_.data() + i * width, color_factor, grid_factor,
-               color_factor * color_norm_[i] + grid_factor * grid_norm_[i]},
-              rows_.data() + i * stride_ + first_label);
-    }
-  });
+void MeanField::pass_messages(const Chunk& chunk) {
+  const auto width = static_cast<std::size_t>(chunk.width);
+  float* grid_sums = scratch_.grid_sums.data();
+  grid_filter_.apply({chunk.rows, width, grid_norm_.data()}, grid_sums, chunk.width, scratch_.grid, ranges_);
+  const float* color_sums = color_filter_.apply({chunk.rows, width, color_norm_.data()}, chunk.width, scratch_.color, ranges_);
+  const kernels::MessageWork work{
+      color_sums, color_filter_.cluster_of().data(), grid_sums, color_norm_.data(), grid_norm_.data(), settings_.w1, settings_.w2,
+      chunk.rows};
+  const auto combine = chunk.width == RowWidth::k8 ? kernels::combine_8 : kernels::combine_16;
+  ranges_.run(graph_.size(), kGrain, [&](std::size_t begin, std::size_t end) { combine(work, begin, end); });
 }
 
 void MeanField::normalise_rows() {
-  std::vector<float> is_label(stride_, 0.0F);
-  std::fill_n(is_label.begin(), graph_.label_count, 1.0F);
+  std::vector<kernels::LabelGroup> groups;
+  for (const Chunk& chunk : chunks_) {
+    const auto width = static_cast<std::size_t>(chunk.width);
+    for (std::size_t label = 0; label < width; label += kLanes) groups.push_back({chunk.rows + label, width});
+  }
   ranges_.run(graph_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (graph_.labels[i] != CrfGraph::kOtherLabel) rows_[i * stride_ + graph_.labels[i]] += head_start_[i];
+      const std::uint16_t label = graph_.labels[i];
+      if (label == CrfGraph::kOtherLabel) continue;
+      const kernels::LabelGroup& group = groups[label / kLanes];
+      group.rows[i * group.stride + label % kLanes] += head_start_[i];
     }
-    kernels::softmax_rows(rows_.data() + begin * stride_, end - begin, is_label);
+    kernels::softmax_rows(groups, is_label_.data(), begin, end);
   });
 }
 
-float MeanField::marginal(std::size_t voxel, std::size_t label) const { return rows_[voxel * stride_ + label]; }
+float MeanField::marginal(std::size_t voxel, std::size_t label) const {
+  const Chunk& chunk = chunks_[label / 16];
+  return chunk.rows[voxel * static_cast<std::size_t>(chunk.width) + label % 16];
+}
 
 MeanField::Best MeanField::best(std::size_t voxel) const {
-  const float* row = rows_.data() + voxel * stride_;
-  const float* most = std::max_element(row, row + graph_.label_count);
-  return {static_cast<std::uint16_t>(most - row), *most};
+  Best best{0, marginal(voxel, 0)};
+  for (std::size_t label = 1; label < graph_.label_count; ++label) {
+    const float probability = marginal(voxel, label);
+    if (probability > best.probability) best = {static_cast<std::uint16_t>(label), probability};
+  }
+  return best;
 }
 
 std::size_t MeanField::memory_bytes() const {
-  const std::size_t floats = 3 * graph_.size() + rows_.capacity() + grid_sums_.capacity() + grid_scratch_.rows.capacity() +
-                             color_scratch_.sums.capacity() + color_scratch_.blurred.capacity();
-  return floats * sizeof(float) + grid_filter_.memory_bytes() + color_filter_.memory_bytes();
+  return 3 * graph_.size() * sizeof(float) + scratch_.memory_bytes() + grid_filter_.memory_bytes() + color_filter_.memory_bytes();
 }
 
 }  // namespace panoptic

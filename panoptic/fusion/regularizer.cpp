@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
+#include <mutex>
+#include <utility>
 
 #include "panoptic/base/parallel.h"
 #include "panoptic/fusion/map_division.h"
@@ -17,8 +20,30 @@ constexpr std::size_t kMostBytes = 240'000'000;
 // Measured: filters, norms and scratch per voxel, and bits and ranks per block of the box around a submap.
 constexpr std::size_t kBytesPerVoxel = 650;
 constexpr std::size_t kBytesPerBoxBlock = 4096;
-// Submaps above this many blocks are solved one after the other on all threads, smaller ones side by side.
+// Submaps above this many blocks, or fewer submaps a thread than that, are solved one after the other on all threads; many small
+// ones side by side. The results are the same.
 constexpr std::size_t kSmallSubmap = 64;
+constexpr std::size_t kSubmapsPerThread = 3;
+
+// As many scratches as there are threads at work.
+class ScratchPool {
+ public:
+  std::unique_ptr<MeanFieldScratch> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<MeanFieldScratch>();
+    auto scratch = std::move(free_.back());
+    free_.pop_back();
+    return scratch;
+  }
+  void give_back(std::unique_ptr<MeanFieldScratch> scratch) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(scratch));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<MeanFieldScratch>> free_;
+};
 
 // How sure a voxel is of the label that it is given; see the header.
 float flipped_weight(const CoreVoxel& before, float probability) {
@@ -71,11 +96,17 @@ Regularizer::Regularizer(const RegularizerOptions& options, const VoxelMap& map)
 std::size_t Regularizer::run(VoxelMap& map) {
   const std::vector<std::vector<Slot>> submaps = choose(map);
   std::vector<SubmapChanges> results(submaps.size());
+  ScratchPool pool;
+  const auto regularize_one = [&](std::size_t i, Ranges ranges) {
+    auto scratch = pool.take();
+    results[i] = regularize(map, submaps[i], *scratch, ranges);
+    pool.give_back(std::move(scratch));
+  };
   const bool small = options_.max_blocks > 0 && static_cast<std::size_t>(options_.max_blocks) <= kSmallSubmap;
-  if (small && submaps.size() > 1) {
-    parallel_for(submaps.size(), [&](std::size_t i) { results[i] = regularize(map, submaps[i], {.parallel = false}); });
+  if (small && submaps.size() >= kSubmapsPerThread * static_cast<std::size_t>(thread_count())) {
+    parallel_for(submaps.size(), [&](std::size_t i) { regularize_one(i, {.parallel = false}); });
   } else {
-    for (std::size_t i = 0; i < submaps.size(); ++i) results[i] = regularize(map, submaps[i], {.parallel = true});
+    for (std::size_t i = 0; i < submaps.size(); ++i) regularize_one(i, {.parallel = true});
   }
   // Only now: all submaps must see their neighbours as they were.
   std::size_t written = 0;
@@ -105,20 +136,26 @@ SubmapGraph Regularizer::gather(const VoxelMap& map, const std::vector<Slot>& bl
   return gather_submap(map, blocks, gather_);
 }
 
-SubmapChanges Regularizer::regularize(const VoxelMap& map, const std::vector<Slot>& blocks, Ranges ranges) const {
+SubmapChanges Regularizer::regularize(const VoxelMap& map, const std::vector<Slot>& blocks, MeanFieldScratch& scratch,
+                                      Ranges ranges) const {
   const SubmapGraph submap = gather(map, blocks);
-  if (blocks.size() == 1 || expected_bytes(submap.graph) <= kMostBytes) return solve(submap, ranges);
+  if (blocks.size() == 1 || expected_bytes(submap.graph) <= kMostBytes) return solve(submap, scratch, ranges);
   SubmapChanges all{{}, submap.epoch, {}};
   for (const std::vector<Slot>& part : divide_map(map, blocks, (blocks.size() + 1) / 2)) {
-    append(all, regularize(map, part, ranges));
+    append(all, regularize(map, part, scratch, ranges));
   }
   return all;
 }
 
 SubmapChanges Regularizer::solve(const SubmapGraph& submap, Ranges ranges) const {
+  MeanFieldScratch scratch;
+  return solve(submap, scratch, ranges);
+}
+
+SubmapChanges Regularizer::solve(const SubmapGraph& submap, MeanFieldScratch& scratch, Ranges ranges) const {
   SubmapChanges result{submap.blocks, submap.epoch, {}};
   if (submap.core.empty() || submap.graph.label_count < 2) return result;
-  MeanField field(submap.graph, mean_field_, ranges);
+  MeanField field(submap.graph, mean_field_, scratch, ranges);
   for (int i = 0; i < options_.iterations; ++i) field.iterate();
   for (const CoreVoxel& voxel : submap.core) {
     const std::uint16_t label = submap.graph.labels[voxel.node];

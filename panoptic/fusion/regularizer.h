@@ -66,7 +66,8 @@ class Regularizer {
   std::size_t write_back(const SubmapChanges& changes, VoxelMap& map);
 
  private:
-  SubmapChanges regularize(const VoxelMap& map, const std::vector<Slot>& blocks, Ranges ranges) const;
+  SubmapChanges regularize(const VoxelMap& map, const std::vector<Slot>& blocks, MeanFieldScratch& scratch, Ranges ranges) const;
+  SubmapChanges solve(const SubmapGraph& submap, MeanFieldScratch& scratch, Ranges ranges) const;
 
   RegularizerOptions options_;
   GatherSettings gather_;

@@ -26,7 +26,8 @@ struct Difference {
 
 Difference difference(const CrfGraph& graph, const MeanFieldSettings& settings) {
   const auto expected = naive_mean_field(graph, settings, kIterations);
-  MeanField field(graph, settings);
+  MeanFieldScratch scratch;
+  MeanField field(graph, settings, scratch);
   for (int i = 0; i < kIterations; ++i) field.iterate();
   Difference d;
   for (std::size_t v = 0; v < graph.size(); ++v) {
@@ -58,7 +59,8 @@ TEST(MeanField, WithBothKernelsNearlyAllLabelsAreThoseOfTheDefinition) {
 TEST(MeanField, NoiseOnASheetOfPatchesIsSmoothedAway) {
   const CrfGraph noisy = sheet_graph({}, 7);
   const CrfGraph clean = sheet_graph({.noise = 0}, 7);
-  MeanField field(noisy, kPaper);
+  MeanFieldScratch scratch;
+  MeanField field(noisy, kPaper, scratch);
   for (int i = 0; i < kIterations; ++i) field.iterate();
   std::size_t before = 0;
   std::size_t after = 0;
@@ -72,9 +74,11 @@ TEST(MeanField, NoiseOnASheetOfPatchesIsSmoothedAway) {
 
 TEST(MeanField, RunsAloneAndOnAllThreadsToTheSameBits) {
   const CrfGraph graph = sheet_graph({.labels = 21}, 3);
-  MeanField alone(graph, kPaper);
+  MeanFieldScratch scratch;
+  MeanFieldScratch other_scratch;
+  MeanField alone(graph, kPaper, scratch);
   set_thread_count(3);
-  MeanField together(graph, kPaper, {.parallel = true});
+  MeanField together(graph, kPaper, other_scratch, {.parallel = true});
   for (int i = 0; i < 2; ++i) alone.iterate(), together.iterate();
   set_thread_count(0);
   for (std::size_t v = 0; v < graph.size(); ++v) {
@@ -83,7 +87,8 @@ TEST(MeanField, RunsAloneAndOnAllThreadsToTheSameBits) {
 }
 
 void expect_probabilities(const CrfGraph& graph) {
-  MeanField field(graph, kPaper);
+  MeanFieldScratch scratch;
+  MeanField field(graph, kPaper, scratch);
   for (int i = 0; i < kIterations; ++i) field.iterate();
   for (std::size_t v = 0; v < graph.size(); ++v) {
     float sum = 0;
