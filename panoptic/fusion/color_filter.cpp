@@ -17,6 +17,7 @@ namespace {
 constexpr float kFarthest = 5.0F;
 // A voxel joins a cluster whose first voxel's colour is nearer than this share of theta_beta.
 constexpr float kSameColor = 1.0F;
+constexpr std::int32_t kCellsTogether = 4;
 
 std::int32_t floor_divide(std::int32_t a, std::int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }
 
@@ -109,7 +110,8 @@ void ColorFilter::form_clusters(std::span<const GridPoint> points, std::span<con
   for (auto& axis : centers.axes) axis.insert(axis.end(), kLanes, 0.0F);  // read, but never used
 }
 
-// The clusters of the cells within reach of a cell, their coordinates side by side.
+// The clusters of the cells within reach of some cells of a row, their coordinates side by side. Finding them takes longer than
+// looking at a few more of them.
 class ColorFilter::Candidates {
  public:
   Candidates(const Centers& centers, float reach_cells) : centers_(centers) {
@@ -124,7 +126,8 @@ class ColorFilter::Candidates {
     }
   }
 
-  void collect(GridPoint at) {
+  // From a cell to the one with coordinate `last_x` in the same row.
+  void collect(GridPoint at, std::int32_t last_x) {
     const GridPoint size = centers_.cells.box().size;
     ranges_.clear();
     count_ = 0;
@@ -133,7 +136,7 @@ class ColorFilter::Candidates {
       const std::int32_t z = at.z + row.z;
       if (y < 0 || y >= size.y || z < 0 || z >= size.z) continue;
       const GridPoint low{std::max(0, at.x - row.x), y, z};
-      const GridPoint high{std::min(size.x - 1, at.x + row.x), y, z};
+      const GridPoint high{std::min(size.x - 1, last_x + row.x), y, z};
       if (!centers_.cells.any_between(low, high)) continue;
       // The cells of a row are numbered one after the other, and so are their clusters.
       ranges_.push_back({centers_.first_of[centers_.cells.rank(low)],
@@ -202,8 +205,16 @@ void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const
   threads.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     Pairs& piece = pairs_[begin / kGrain];
     Candidates candidates(centers, reach_cells);
+    std::size_t past = begin;  // the candidates are those of the clusters before
     for (std::size_t c = begin; c < end; ++c) {
-      if (c == begin || !(centers.cell_of[c] == centers.cell_of[c - 1])) candidates.collect(centers.cell_of[c]);
+      if (c == past) {
+        const GridPoint at = centers.cell_of[c];
+        const auto together = [&](const GridPoint& cell) {
+          return cell.z == at.z && cell.y == at.y && cell.x < at.x + kCellsTogether;
+        };
+        while (past < end && together(centers.cell_of[past])) ++past;
+        candidates.collect(at, centers.cell_of[past - 1].x);
+      }
       const auto found = candidates.find(c);
       piece.pairs.insert(piece.pairs.end(), found.begin(), found.end());
       piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));

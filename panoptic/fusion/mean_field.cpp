@@ -14,7 +14,7 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kGrain = 2048;  // voxels that are worked together
+constexpr std::size_t kGrain = 512;  // voxels that are worked together: their labels stay in the nearest cache
 
 // Every voxel belongs to some sum of at least its own 1, so the root is of something positive.
 float inverse_root(float sum) { return 1.0F / std::sqrt(sum); }
@@ -62,6 +62,21 @@ template <std::size_t Width>
 PANOPTIC_CLONES void combine_8(const MessageWork& work, std::size_t first, std::size_t past) { combine<8>(work, first, past); }
 PANOPTIC_CLONES void combine_16(const MessageWork& work, std::size_t first, std::size_t past) { combine<16>(work, first, past); }
 
+// The highest of eight, and their sum in a fixed order, in all of them.
+[[gnu::always_inline]] inline void spread_highest(Lanes& x) {
+  Lanes other = __builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3);
+  x = x > other ? x : other;
+  other = __builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5);
+  x = x > other ? x : other;
+  other = __builtin_shufflevector(x, x, 1, 0, 3, 2, 5, 4, 7, 6);
+  x = x > other ? x : other;
+}
+[[gnu::always_inline]] inline void spread_sum(Lanes& x) {
+  x += __builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3);
+  x += __builtin_shufflevector(x, x, 1, 0, 3, 2, 5, 4, 7, 6);
+  x += __builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5);
+}
+
 // Logits to probabilities; columns where is_label is 0 become 0. Eight sums side by side, in a fixed order.
 PANOPTIC_CLONES
 void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::size_t first, std::size_t past) {
@@ -73,8 +88,7 @@ void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std
       std::memcpy(&logits, group.rows + i * group.stride, sizeof logits);
       most = logits > most ? logits : most;
     }
-    float highest = most[0];
-    for (std::size_t c = 1; c < kLanes; ++c) highest = most[c] > highest ? most[c] : highest;
+    spread_highest(most);
     Lanes sums = {};
     for (std::size_t g = 0; g < groups.size(); ++g) {
       float* row = groups[g].rows + i * groups[g].stride;
@@ -82,17 +96,20 @@ void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std
       Lanes mask;
       std::memcpy(&value, row, sizeof value);
       std::memcpy(&mask, is_label + g * kLanes, sizeof mask);
-      value -= highest;
+      value -= most;
       fast_exp(value);
       value *= mask;
       sums += value;
       std::memcpy(row, &value, sizeof value);
     }
-    const float total = ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
-    const float share = 1.0F / total;
+    spread_sum(sums);
+    const Lanes share = 1.0F / sums;
     for (const LabelGroup& group : groups) {
+      Lanes value;
       float* row = group.rows + i * group.stride;
-      for (std::size_t c = 0; c < kLanes; ++c) row[c] *= share;
+      std::memcpy(&value, row, sizeof value);
+      value *= share;
+      std::memcpy(row, &value, sizeof value);
     }
   }
 }

@@ -4,10 +4,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstring>
 #include <map>
 
+#include "panoptic/base/clones.h"
+#include "panoptic/fusion/lanes.h"
+
 namespace panoptic {
+namespace kernels {
+void keep_observed(const VoxelBlock& block, float band_m, std::uint16_t* rows);
+}
+
 namespace {
 
 constexpr int kSide = kBlockSide;
@@ -19,6 +26,37 @@ struct Part {
   bool core = false;
   std::array<std::uint16_t, kSide * kSide> rows{};
 };
+
+}  // namespace
+
+// External linkage on purpose: GCC's target_clones need it.
+namespace kernels {
+
+// Takes away the voxels that were never observed or lie outside the band. Written so that anything that is not a number goes too.
+PANOPTIC_CLONES
+void keep_observed(const VoxelBlock& block, float band_m, std::uint16_t* rows) {
+  using Integers [[gnu::vector_size(32)]] = std::int32_t;
+  const Lanes band = Lanes{} + band_m;
+  for (std::size_t row = 0; row < kSide * kSide; ++row) {
+    if (rows[row] == 0) continue;
+    Integers bits = {};
+    for (std::size_t half = 0; half < 2; ++half) {
+      Lanes weight;
+      Lanes distance;
+      std::memcpy(&weight, block.weight.data() + row * kSide + half * kLanes, sizeof weight);
+      std::memcpy(&distance, block.distance.data() + row * kSide + half * kLanes, sizeof distance);
+      const Integers in = (weight > 0) & (distance <= band) & (distance >= -band);
+      bits |= in & (Integers{1, 2, 4, 8, 16, 32, 64, 128} << static_cast<int>(half * kLanes));
+    }
+    bits |= __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3);
+    bits |= __builtin_shufflevector(bits, bits, 2, 3, 0, 1, 6, 7, 4, 5);
+    rows[row] &= static_cast<std::uint16_t>(bits[0] | bits[1]);
+  }
+}
+
+}  // namespace kernels
+
+namespace {
 
 struct Span1 {
   int begin;
@@ -39,7 +77,7 @@ void add_box(Part& part, Span1 x, Span1 y, Span1 z) {
 }
 
 // The submap's blocks whole, their neighbours as far as the halo reaches; in the order of their keys, which is (z, y, x).
-std::vector<Part> parts_of(const VoxelMap& map, std::span<const Slot> blocks, int halo) {
+std::vector<Part> parts_of(const VoxelMap& map, std::span<const Slot> blocks, const GatherSettings& settings) {
   std::map<std::uint64_t, Part> parts;
   for (const Slot slot : blocks) {
     const BlockIndex c = map.index_of(slot);
@@ -54,19 +92,23 @@ std::vector<Part> parts_of(const VoxelMap& map, std::span<const Slot> blocks, in
       part.index = index;
       part.slot = found;
       part.core |= found == slot;
-      add_box(part, reached(dx, halo), reached(dy, halo), reached(dz, halo));
+      add_box(part, reached(dx, settings.halo_voxels), reached(dy, settings.halo_voxels), reached(dz, settings.halo_voxels));
     }
   }
   std::vector<Part> sorted;
   sorted.reserve(parts.size());
-  for (auto& [key, part] : parts) sorted.push_back(part);
+  for (auto& [key, part] : parts) {
+    kernels::keep_observed(map.block(part.slot), settings.band_m, part.rows.data());
+    sorted.push_back(part);
+  }
   return sorted;
 }
 
 // Copies voxels into the graph. Labels are panoptic ids for now.
 class Copier {
  public:
-  Copier(const VoxelMap& map, const GatherSettings& settings, SubmapGraph& out) : map_(map), settings_(settings), out_(out) {}
+  Copier(const VoxelMap& map, float highest_probability, SubmapGraph& out)
+      : map_(map), highest_probability_(highest_probability), out_(out) {}
 
   // Parts of one layer of blocks along z, so that nodes come out in the order of (z, y, x).
   void copy_layer(std::span<const Part> parts) {
@@ -83,14 +125,11 @@ class Copier {
 
  private:
   void copy_row(const Part& part, int y, int z) {
-    std::uint32_t bits = part.rows[static_cast<std::size_t>(y + kSide * z)];
     const VoxelBlock& block = map_.block(part.slot);
-    for (; bits != 0; bits &= bits - 1) {
+    for (std::uint32_t bits = part.rows[static_cast<std::size_t>(y + kSide * z)]; bits != 0; bits &= bits - 1) {
       const int x = std::countr_zero(bits);
-      const auto voxel = static_cast<std::size_t>(voxel_offset(x, y, z));
-      // Written so that anything that is not a number is left out too.
-      if (!(block.weight[voxel] > 0) || !(std::abs(block.distance[voxel]) <= settings_.band_m)) continue;
-      add_node(part, block, voxel, {part.index.x * kSide + x, part.index.y * kSide + y, part.index.z * kSide + z});
+      add_node(part, block, static_cast<std::size_t>(voxel_offset(x, y, z)),
+               {part.index.x * kSide + x, part.index.y * kSide + y, part.index.z * kSide + z});
     }
   }
 
@@ -107,11 +146,11 @@ class Copier {
     g.colors.push_back({channel(block.red), channel(block.green), channel(block.blue)});
     g.labels.push_back(block.label[voxel]);
     const float p = 0.5F * (1.0F + label_weight / weight);  // Eq. 19
-    g.probabilities.push_back(p > 0.5F ? std::min(p, settings_.highest_probability) : 0.5F);
+    g.probabilities.push_back(p > 0.5F ? std::min(p, highest_probability_) : 0.5F);
   }
 
   const VoxelMap& map_;
-  const GatherSettings& settings_;
+  float highest_probability_;
   SubmapGraph& out_;
 };
 
@@ -141,8 +180,8 @@ SubmapGraph gather_submap(const VoxelMap& map, std::span<const Slot> blocks, con
   SubmapGraph out;
   out.blocks.assign(blocks.begin(), blocks.end());
   out.epoch = map.epoch();
-  const std::vector<Part> parts = parts_of(map, blocks, settings.halo_voxels);
-  Copier copier(map, settings, out);
+  const std::vector<Part> parts = parts_of(map, blocks, settings);
+  Copier copier(map, settings.highest_probability, out);
   for (auto first = parts.begin(); first != parts.end();) {
     const auto past = std::find_if(first, parts.end(), [&](const Part& p) { return p.index.z != first->index.z; });
     copier.copy_layer({first, past});
