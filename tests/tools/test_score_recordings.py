@@ -37,12 +37,16 @@ class Choices(unittest.TestCase):
     def test_a_comma_divides_settings_only_where_a_key_follows(self):
         variant = tool.parse_variant("a:tracker.iou_threshold=0.1,labels=indoor,preset=paper,b.list=x,y", "enet")
         self.assertEqual(variant.settings, ["tracker.iou_threshold=0.1", "labels=indoor", "b.list=x,y"])
-        self.assertEqual((variant.name, variant.preset, variant.networks), ("a", "paper", "enet"))
+        self.assertEqual((variant.name, variant.preset, variant.networks), ("a", "paper", "enet+yolo"))
 
     def test_the_names_of_presets_imply_them(self):
         self.assertEqual(tool.parse_variant("paper", "enet").preset, "paper")
         self.assertIsNone(tool.parse_variant("paper:preset=none", "enet").preset)
         self.assertIsNone(tool.parse_variant("mine", "enet").preset)
+
+    def test_the_paper_has_one_network_of_each_kind_unless_others_are_named(self):
+        self.assertEqual(tool.parse_variant("paper", "enet+deeplab+yolo").networks, "enet+yolo")
+        self.assertEqual(tool.parse_variant("paper:networks=deeplab", "enet+deeplab+yolo").networks, "deeplab")
 
     def test_only_options_of_mapping_alone_leave_predictions_as_they_are(self):
         variant = tool.parse_variant("a:tracker.iou_threshold=0.1,networks.score_threshold=0.2,labels=indoor", "enet")
