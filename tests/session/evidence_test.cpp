@@ -35,7 +35,7 @@ Json object(int id, const std::string& class_name) {
 }
 
 std::filesystem::path write_run(const Json& json) {
-  const std::filesystem::path run = fresh_folder("run");
+  std::filesystem::path run = fresh_folder("run");
   write_json_file(run / "objects.json", json);
   return run;
 }
