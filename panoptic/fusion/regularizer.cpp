@@ -7,6 +7,7 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "panoptic/base/parallel.h"
@@ -45,14 +46,15 @@ class ScratchPool {
   std::vector<std::unique_ptr<MeanFieldScratch>> free_;
 };
 
-// How sure a voxel is of the label that it is given; see the header.
-float flipped_weight(const CoreVoxel& before, float probability) {
-  const float observation = before.weight * (2 * probability - 1);
-  return std::clamp(observation - before.label_weight, 0.0F, std::max(0.0F, before.label_weight));
+// What a voxel is given if that label is the most probable one; see the header.
+VoxelLabel given(const CoreVoxel& voxel, std::uint16_t label, float probability) {
+  if (label == voxel.voted.label) return voxel.voted;
+  const float observation = voxel.weight * (2 * probability - 1);
+  return {label, std::clamp(observation - voxel.voted.weight, 0.0F, std::max(0.0F, voxel.voted.weight))};
 }
 
 bool unchanged(const VoxelBlock& block, const CoreVoxel& before) {
-  return block.label[before.voxel] == before.label && block.label_weight[before.voxel] == before.label_weight &&
+  return block.label[before.voxel] == before.held.label && block.label_weight[before.voxel] == before.held.weight &&
          block.weight[before.voxel] == before.weight;
 }
 
@@ -94,6 +96,7 @@ Regularizer::Regularizer(const RegularizerOptions& options, const VoxelMap& map)
 }
 
 std::size_t Regularizer::run(VoxelMap& map) {
+  votes_.forget_unused(ids_in_use(map));
   const std::vector<std::vector<Slot>> submaps = choose(map);
   std::vector<SubmapChanges> results(submaps.size());
   ScratchPool pool;
@@ -112,6 +115,7 @@ std::size_t Regularizer::run(VoxelMap& map) {
   std::size_t written = 0;
   map.begin_epoch();
   for (const SubmapChanges& changes : results) written += write_back(changes, map);
+  if (written > 0) votes_.forget_unused(ids_in_use(map));
   return written;
 }
 
@@ -133,7 +137,7 @@ std::vector<std::vector<Slot>> Regularizer::choose(const VoxelMap& map) const {
 }
 
 SubmapGraph Regularizer::gather(const VoxelMap& map, const std::vector<Slot>& blocks) const {
-  return gather_submap(map, blocks, gather_);
+  return gather_submap(map, votes_, blocks, gather_);
 }
 
 SubmapChanges Regularizer::regularize(const VoxelMap& map, const std::vector<Slot>& blocks, MeanFieldScratch& scratch,
@@ -154,14 +158,17 @@ SubmapChanges Regularizer::solve(const SubmapGraph& submap, Ranges ranges) const
 
 SubmapChanges Regularizer::solve(const SubmapGraph& submap, MeanFieldScratch& scratch, Ranges ranges) const {
   SubmapChanges result{submap.blocks, submap.epoch, {}};
-  if (submap.core.empty() || submap.graph.label_count < 2) return result;
-  MeanField field(submap.graph, mean_field_, scratch, ranges);
-  for (int i = 0; i < options_.iterations; ++i) field.iterate();
+  if (submap.core.empty()) return result;
+  std::optional<MeanField> field;  // with one label there is nothing to find out
+  if (submap.graph.label_count > 1) {
+    field.emplace(submap.graph, mean_field_, scratch, ranges);
+    for (int i = 0; i < options_.iterations; ++i) field->iterate();
+  }
   for (const CoreVoxel& voxel : submap.core) {
-    const std::uint16_t label = submap.graph.labels[voxel.node];
-    if (label == CrfGraph::kOtherLabel) continue;
-    const MeanField::Best best = field.best(voxel.node);
-    if (best.label != label) result.changes.push_back({voxel, submap.ids[best.label], flipped_weight(voxel, best.probability)});
+    if (submap.graph.labels[voxel.node] == CrfGraph::kOtherLabel) continue;
+    const MeanField::Best best = field ? field->best(voxel.node) : MeanField::Best{0, 1};
+    const std::uint16_t label = submap.ids[best.label];
+    if (label != voxel.held.label) result.changes.push_back({voxel, given(voxel, label, best.probability)});
   }
   return result;
 }
@@ -176,8 +183,9 @@ std::size_t Regularizer::write_back(const SubmapChanges& changes, VoxelMap& map)
   for (const LabelChange& change : changes.changes) {
     VoxelBlock& block = map.block(change.before.slot);
     if (!unchanged(block, change.before)) continue;
-    block.label[change.before.voxel] = change.label;
-    block.label_weight[change.before.voxel] = change.label_weight;
+    block.label[change.before.voxel] = change.label.label;
+    block.label_weight[change.before.voxel] = change.label.weight;
+    votes_.record(change.before.slot, {change.before.voxel, change.before.voted, change.label});
     map.mark_changed(change.before.slot);
     ++written;
   }

@@ -5,9 +5,12 @@
 //
 // What is written back. A voxel whose most probable label is the one it has keeps label and weight. Any other is treated as if
 // it had been observed once more, by an observation of the most probable label with weight W^D (2q - 1) (Eq. 19 solved for W^L),
-// which flips it by Eq. 11 - except that it never comes out surer of its new label than it was of the old one. So no label
-// weight ever grows by regularizing: repeating it does not turn an opinion into a certainty, and later frames can correct what it
-// did at least as easily as before.
+// which flips it by Eq. 11 - except that it never comes out surer of its new label than frames were of the old one. So no label
+// weight ever grows beyond what frames gave it, and later frames can correct a label at least as easily as before.
+//
+// What it is made from. Not from what an earlier run wrote: where a label was overruled, the vote of the frames is kept apart
+// (FrameVotes). However often it runs, a run gives what a single one would, unless the last voxel of an object was overruled:
+// then the object is gone, and so are its votes.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +18,7 @@
 #include <vector>
 
 #include "panoptic/base/config.h"
+#include "panoptic/fusion/frame_votes.h"
 #include "panoptic/fusion/submap_graph.h"
 #include "panoptic/map/voxel_map.h"
 
@@ -39,8 +43,7 @@ Fields fields(RegularizerOptions& options);
 // A voxel that gets another label, with what it held when it was copied.
 struct LabelChange {
   CoreVoxel before;
-  std::uint16_t label;
-  float label_weight;
+  VoxelLabel label;
 };
 
 struct SubmapChanges {
@@ -72,6 +75,7 @@ class Regularizer {
   RegularizerOptions options_;
   GatherSettings gather_;
   MeanFieldSettings mean_field_;
+  FrameVotes votes_;
   std::vector<std::uint64_t> handled_;  // by slot: the epoch up to which the block's changes are regularized
 };
 

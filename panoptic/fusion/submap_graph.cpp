@@ -107,8 +107,8 @@ std::vector<Part> parts_of(const VoxelMap& map, std::span<const Slot> blocks, co
 // Copies voxels into the graph. Labels are panoptic ids for now.
 class Copier {
  public:
-  Copier(const VoxelMap& map, float highest_probability, SubmapGraph& out)
-      : map_(map), highest_probability_(highest_probability), out_(out) {}
+  Copier(const VoxelMap& map, const FrameVotes& votes, float highest_probability, SubmapGraph& out)
+      : map_(map), votes_(votes), highest_probability_(highest_probability), out_(out) {}
 
   // Parts of one layer of blocks along z, so that nodes come out in the order of (z, y, x).
   void copy_layer(std::span<const Part> parts) {
@@ -136,20 +136,29 @@ class Copier {
   void add_node(const Part& part, const VoxelBlock& block, std::size_t voxel, GridPoint point) {
     CrfGraph& g = out_.graph;
     const float weight = block.weight[voxel];
-    const float label_weight = block.label_weight[voxel];
+    const VoxelLabel held{block.label[voxel], block.label_weight[voxel]};
+    const VoxelLabel voted = voted_for(part.slot, voxel, held);
     if (part.core) {
-      out_.core.push_back({static_cast<std::uint32_t>(g.size()), part.slot, static_cast<std::uint16_t>(voxel), block.label[voxel],
-                           label_weight, weight});
+      out_.core.push_back(
+          {static_cast<std::uint32_t>(g.size()), part.slot, static_cast<std::uint16_t>(voxel), held, voted, weight});
     }
     g.points.push_back(point);
     const auto channel = [&](const auto& plane) { return static_cast<float>(plane[voxel]) / 256.0F; };
     g.colors.push_back({channel(block.red), channel(block.green), channel(block.blue)});
-    g.labels.push_back(block.label[voxel]);
-    const float p = 0.5F * (1.0F + label_weight / weight);  // Eq. 19
+    g.labels.push_back(voted.label);
+    const float p = 0.5F * (1.0F + voted.weight / weight);  // Eq. 19
     g.probabilities.push_back(p > 0.5F ? std::min(p, highest_probability_) : 0.5F);
   }
 
+  VoxelLabel voted_for(Slot slot, std::size_t voxel, VoxelLabel held) const {
+    const std::span<const OverruledVote> votes = votes_.of(slot);
+    if (votes.empty()) return held;
+    const auto vote = std::ranges::lower_bound(votes, voxel, {}, &OverruledVote::voxel);
+    return vote != votes.end() && vote->voxel == voxel ? voted_since(*vote, held) : held;
+  }
+
   const VoxelMap& map_;
+  const FrameVotes& votes_;
   float highest_probability_;
   SubmapGraph& out_;
 };
@@ -176,12 +185,13 @@ void number_labels(SubmapGraph& submap) {
 
 }  // namespace
 
-SubmapGraph gather_submap(const VoxelMap& map, std::span<const Slot> blocks, const GatherSettings& settings) {
+SubmapGraph gather_submap(const VoxelMap& map, const FrameVotes& votes, std::span<const Slot> blocks,
+                          const GatherSettings& settings) {
   SubmapGraph out;
   out.blocks.assign(blocks.begin(), blocks.end());
   out.epoch = map.epoch();
   const std::vector<Part> parts = parts_of(map, blocks, settings);
-  Copier copier(map, settings.highest_probability, out);
+  Copier copier(map, votes, settings.highest_probability, out);
   for (auto first = parts.begin(); first != parts.end();) {
     const auto past = std::find_if(first, parts.end(), [&](const Part& p) { return p.index.z != first->index.z; });
     copier.copy_layer({first, past});

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "panoptic/fusion/frame_votes.h"
 #include "panoptic/fusion/mean_field.h"
 #include "panoptic/map/voxel_map.h"
 
@@ -24,8 +25,8 @@ struct CoreVoxel {
   std::uint32_t node;
   Slot slot;
   std::uint16_t voxel;  // within the block
-  std::uint16_t label;
-  float label_weight;
+  VoxelLabel held;
+  VoxelLabel voted;  // by frames, FrameVotes tells how: what the graph knows of it
   float weight;
 };
 
@@ -37,9 +38,11 @@ struct SubmapGraph {
   std::vector<std::uint16_t> ids;  // panoptic id by label of the graph
 };
 
-// Observed voxels of the blocks and of a halo around them. The labels are those of the graph's voxels; if there are more than
-// kMostLabels, the most frequent ones (of equally frequent ones the lower), and voxels with others keep theirs.
-SubmapGraph gather_submap(const VoxelMap& map, std::span<const Slot> blocks, const GatherSettings& settings);
+// Observed voxels of the blocks and of a halo around them, with what frames voted for. The labels are those of the graph's
+// voxels; if there are more than kMostLabels, the most frequent ones (of equally frequent ones the lower), and voxels with others
+// keep theirs.
+SubmapGraph gather_submap(const VoxelMap& map, const FrameVotes& votes, std::span<const Slot> blocks,
+                          const GatherSettings& settings);
 
 inline constexpr std::size_t kMostLabels = 256;
 

@@ -118,6 +118,90 @@ TEST(Regularizer, NoLabelWeightEverGrowsHoweverOftenItRuns) {
   EXPECT_LT(wrong(map, 4), 100) << "and stay right";
 }
 
+std::vector<std::uint16_t> labels_of(const VoxelMap& map) {
+  std::vector<std::uint16_t> labels;
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    labels.insert(labels.end(), map.block(slot).label.begin(), map.block(slot).label.end());
+  }
+  return labels;
+}
+
+TEST(Regularizer, RunningAgainWithoutANewVoteChangesNothing) {
+  for (const RegularizerOptions& options : {RegularizerOptions{}, paper()}) {
+    VoxelMap map = floor_map(64, [](int x, int y, std::mt19937& random) {
+      Voxel v = noisy_halves(x, y, random);
+      const bool small = x % 9 < 4 && y % 9 < 4;  // unlike what lies around
+      if (small || v.label > 2) v.label = x < 40 ? 2 : 1;
+      v.label_weight = 9 * share(random);
+      return v;
+    });
+    Regularizer regularizer(options, map);
+    EXPECT_GT(regularizer.run(map), 500U);
+    const std::vector<std::uint16_t> once = labels_of(map);
+    for (int i = 0; i < 4; ++i) {
+      map.begin_epoch();
+      for (Slot slot = 0; slot < map.block_count(); ++slot) map.mark_changed(slot);
+      EXPECT_EQ(regularizer.run(map), 0U);
+    }
+    EXPECT_EQ(labels_of(map), once);
+  }
+}
+
+TEST(Regularizer, AVoxelGetsItsVoteBackWhenItsSurroundingsTakeItsSide) {
+  VoxelMap map = floor_map(48, [](int x, int y, std::mt19937&) {
+    return x == 24 && y == 24 ? Voxel{7, 4, 60} : Voxel{1, 8, 60};
+  });
+  Regularizer regularizer(RegularizerOptions{}, map);
+  regularizer.run(map);
+  const Slot slot = map.find_slot({1, 1, 0});
+  const auto voxel = static_cast<std::size_t>(voxel_offset(8, 8, 0));
+  ASSERT_EQ(map.block(slot).label[voxel], 1);
+  map.begin_epoch();  // frames see something large there, but not the voxel itself
+  for (Slot s = 0; s < map.block_count(); ++s) {
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+      if (s != slot || v != voxel) map.block(s).label[v] = 7;
+    }
+    map.mark_changed(s);
+  }
+  regularizer.run(map);
+  EXPECT_EQ(map.block(slot).label[voxel], 7);
+  EXPECT_EQ(map.block(slot).label_weight[voxel], 4) << "as the frames left it";
+}
+
+TEST(FrameVotes, FramesThatComeAfterwardsCountFromTheVoteNotFromWhatWasWritten) {
+  const OverruledVote vote{5, {.label = 7, .weight = 4}, {.label = 1, .weight = 3}};
+  const auto since = [&](std::uint16_t label, float weight) {
+    const VoxelLabel v = voted_since(vote, {.label = label, .weight = weight});
+    return std::pair(v.label, v.weight);
+  };
+  EXPECT_EQ(since(1, 3), std::pair(std::uint16_t{7}, 4.0F)) << "no frame";
+  EXPECT_EQ(since(1, 5), std::pair(std::uint16_t{7}, 2.0F)) << "2 for what was written";
+  EXPECT_EQ(since(1, 9), std::pair(std::uint16_t{1}, 2.0F)) << "6 for what was written";
+  EXPECT_EQ(since(1, 1), std::pair(std::uint16_t{7}, 6.0F)) << "2 against it";
+  EXPECT_EQ(since(7, 2), std::pair(std::uint16_t{7}, 9.0F)) << "5 for the vote";
+  EXPECT_EQ(since(9, 2), std::pair(std::uint16_t{9}, 1.0F)) << "5 for a third label";
+}
+
+TEST(FrameVotes, AreKeptInOrderAndForgottenOnceTheyHold) {
+  FrameVotes votes;
+  EXPECT_TRUE(votes.of(3).empty());
+  for (const std::uint16_t voxel : {std::uint16_t{9}, std::uint16_t{2}, std::uint16_t{5}, std::uint16_t{2}}) {
+    votes.record(3, {voxel, {.label = 7, .weight = 4}, {.label = 1, .weight = 3}});
+  }
+  ASSERT_EQ(votes.of(3).size(), 3U);
+  EXPECT_EQ(votes.of(3)[0].voxel, 2);
+  EXPECT_EQ(votes.of(3)[2].voxel, 9);
+  votes.record(3, {5, {.label = 7, .weight = 4}, {.label = 7, .weight = 4}});
+  EXPECT_EQ(votes.of(3).size(), 2U);
+  EXPECT_TRUE(votes.of(2).empty());
+  std::vector<bool> in_use(65536, true);
+  votes.forget_unused(in_use);
+  EXPECT_EQ(votes.of(3).size(), 2U);
+  in_use[7] = false;
+  votes.forget_unused(in_use);
+  EXPECT_TRUE(votes.of(3).empty());
+}
+
 TEST(Regularizer, AnObjectOfItsOwnColourOutlivesManyRuns) {
   const auto book = [](int x, int y) { return x >= 20 && x < 28 && y >= 20 && y < 26; };
   VoxelMap map = floor_map(64, [&](int x, int y, std::mt19937&) { return book(x, y) ? Voxel{9, 7, 200} : Voxel{1, 7, 60}; });
@@ -217,7 +301,7 @@ TEST(Regularizer, AVoxelThatAFrameChangedMeanwhileIsNotWrittenAndItsBlockStaysDu
   map.mark_changed(changed.slot);
   map.begin_epoch();
   EXPECT_EQ(regularizer.write_back(changes, map), changes.changes.size() - 1);
-  EXPECT_EQ(map.block(changed.slot).label[changed.voxel], changed.label);
+  EXPECT_EQ(map.block(changed.slot).label[changed.voxel], changed.held.label);
   const auto due = regularizer.choose(map);
   ASSERT_FALSE(due.empty());
 }

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What frames voted for where the regularizer wrote something else. The map has one label per voxel: without this the next run
+// would take what the last one wrote for an observation, and labels would creep over their neighbours run by run.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "panoptic/fusion/integrate_kernels.h"
+#include "panoptic/map/voxel_map.h"
+
+namespace panoptic {
+
+// A voxel that holds another label than frames voted for.
+struct OverruledVote {
+  std::uint16_t voxel;  // within the block
+  VoxelLabel voted;
+  VoxelLabel written;
+};
+
+// The vote of the frames, those included that changed what was written to what the voxel holds now: by Eq. 9-11 what they took
+// off the written label was said for another one, for the one voted for before if the voxel does not tell.
+VoxelLabel voted_since(const OverruledVote& vote, VoxelLabel now);
+
+// Memory grows with the voxels whose label was overruled, a few percent of those near a surface.
+class FrameVotes {
+ public:
+  // In the order of the voxels.
+  std::span<const OverruledVote> of(Slot slot) const {
+    return slot < votes_.size() ? std::span<const OverruledVote>(votes_[slot]) : std::span<const OverruledVote>();
+  }
+  // A voxel that is written as it was voted for is forgotten.
+  void record(Slot slot, const OverruledVote& vote);
+  // Forgets votes for labels that no voxel holds any more, by label: their number may come to mean another object.
+  void forget_unused(const std::vector<bool>& in_use);
+
+ private:
+  std::vector<std::vector<OverruledVote>> votes_;  // by slot
+};
+
+}  // namespace panoptic
