@@ -7,11 +7,13 @@
 #include <cstring>
 
 #include "panoptic/base/clones.h"
+#include "panoptic/fusion/fuse_row.h"
 
 namespace panoptic {
 namespace {
 
-constexpr int kRow = kBlockSide;
+using kernels::kRow;
+using kernels::RowScratch;
 constexpr int kSlice = kRow * kRow;
 
 // A slice of 16 x 16 voxels on its way to the pixels: plain arrays, and nothing but ternaries in the loops, so that each loop
@@ -24,15 +26,6 @@ struct SliceScratch {
   alignas(64) std::int32_t pixel[kSlice];
   alignas(64) float depth[kSlice];
   alignas(64) std::uint8_t near[kSlice];  // 1 = may be in the band
-};
-
-// A row of 16 voxels that is fused.
-struct RowScratch {
-  alignas(64) float distance[kRow];
-  alignas(64) float weight[kRow];      // of the observation; 0 = outside the band
-  alignas(64) float old_weight[kRow];  // of the voxel
-  alignas(64) std::uint32_t color[kRow];
-  alignas(64) std::int32_t label[kRow];
 };
 
 }  // namespace
@@ -112,38 +105,6 @@ void integrate_slices(const KernelFrame& frame, const BlockInCamera& place, cons
   }
 }
 
-[[gnu::always_inline]] static inline void fuse_distances(VoxelBlock& block, std::size_t first, RowScratch& s) {
-  float* __restrict distance = block.distance.data() + first;
-  float* __restrict weight = block.weight.data() + first;
-  for (int k = 0; k < kRow; ++k) {
-    const float old_weight = weight[k];
-    const float fused = fused_distance(distance[k], old_weight, s.distance[k], s.weight[k]);
-    distance[k] = s.weight[k] > 0 ? fused : distance[k];
-    weight[k] = old_weight + s.weight[k];
-    s.old_weight[k] = old_weight;
-  }
-}
-
-[[gnu::always_inline]] static inline void fuse_channel(std::uint16_t* plane, int shift, const RowScratch& s) {
-  for (int k = 0; k < kRow; ++k) {
-    const bool use = (s.weight[k] > 0) & (s.color[k] != 0);
-    const auto color = static_cast<std::uint8_t>(s.color[k] >> shift);
-    const std::uint16_t fused = fused_color(plane[k], s.old_weight[k], color, s.weight[k]);
-    plane[k] = use ? fused : plane[k];
-  }
-}
-
-[[gnu::always_inline]] static inline void fuse_labels(VoxelBlock& block, std::size_t first, const RowScratch& s) {
-  std::uint16_t* __restrict label = block.label.data() + first;
-  float* __restrict label_weight = block.label_weight.data() + first;
-  for (int k = 0; k < kRow; ++k) {
-    const bool use = (s.weight[k] > 0) & (s.label[k] != number(PanopticId::kNoVote));
-    const VoxelLabel fused = fused_label({label[k], label_weight[k]}, static_cast<std::uint16_t>(s.label[k]), s.weight[k]);
-    label[k] = use ? fused.label : label[k];
-    label_weight[k] = use ? fused.weight : label_weight[k];
-  }
-}
-
 PANOPTIC_CLONES
 void integrate_slices(const KernelFrame& frame_in, const BlockInCamera& place_in, const Band& band_in, VoxelBlock& block) {
   const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
@@ -160,13 +121,8 @@ void integrate_slices(const KernelFrame& frame_in, const BlockInCamera& place_in
     }
     for (int row = 0; row < kRow; ++row) {
       if (!any_near(s, row)) continue;
-      const auto first = static_cast<std::size_t>(slice * kSlice + row * kRow);
       weigh(frame, band, s, row, r);
-      fuse_distances(block, first, r);
-      fuse_channel(block.red.data() + first, 16, r);
-      fuse_channel(block.green.data() + first, 8, r);
-      fuse_channel(block.blue.data() + first, 0, r);
-      fuse_labels(block, first, r);
+      fuse_row(block, static_cast<std::size_t>(slice * kSlice + row * kRow), r);
     }
   }
 }

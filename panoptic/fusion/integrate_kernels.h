@@ -45,12 +45,12 @@ inline float fused_distance(float old_distance, float old_weight, float distance
 // The mean of one colour channel in 8.8 fixed point. 0 means "no colour yet", so black is stored as 1/256. The weight is that
 // of the distance: colour seen for the first time is taken whole, and if depth was seen without colour before, what follows
 // moves it more slowly than a weight of its own would (which would cost a plane).
-inline std::uint16_t fused_color(std::uint16_t old_color, float old_weight, std::uint8_t color, float weight) {
+inline std::int32_t fused_color(std::int32_t old_color, float old_weight, std::int32_t color, float weight) {
   const float target = static_cast<float>(color) * 256.0F;
   const auto old = static_cast<float>(old_color);
   const float share = old_color == 0 ? 1.0F : weight / (old_weight + weight);
   const float mean = old + (target - old) * share + 0.5F;
-  return static_cast<std::uint16_t>(mean > 1.0F ? mean : 1.0F);
+  return static_cast<std::int32_t>(mean > 1.0F ? mean : 1.0F);
 }
 
 struct VoxelLabel {
@@ -73,9 +73,12 @@ inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, float distance, flo
   block.distance[voxel] = fused_distance(block.distance[voxel], old_weight, distance, weight);
   block.weight[voxel] = old_weight + weight;
   if (color != 0) {
-    block.red[voxel] = fused_color(block.red[voxel], old_weight, static_cast<std::uint8_t>(color >> 16), weight);
-    block.green[voxel] = fused_color(block.green[voxel], old_weight, static_cast<std::uint8_t>(color >> 8), weight);
-    block.blue[voxel] = fused_color(block.blue[voxel], old_weight, static_cast<std::uint8_t>(color), weight);
+    const auto fuse = [&](std::uint16_t& channel, std::uint32_t value) {
+      channel = static_cast<std::uint16_t>(fused_color(channel, old_weight, static_cast<std::int32_t>(value & 0xFFU), weight));
+    };
+    fuse(block.red[voxel], color >> 16);
+    fuse(block.green[voxel], color >> 8);
+    fuse(block.blue[voxel], color);
   }
   if (label != PanopticId::kNoVote) {
     const VoxelLabel fused = fused_label({block.label[voxel], block.label_weight[voxel]}, number(label), weight);

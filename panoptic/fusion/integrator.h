@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "panoptic/base/config.h"
 #include "panoptic/data/frame.h"
 #include "panoptic/fusion/frame_view.h"
+#include "panoptic/fusion/ray_kernels.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/map/voxel_map.h"
 
@@ -40,7 +40,6 @@ class Integrator {
  private:
   // Rows of pixels are worked in this many chunks: fixed, so that nothing depends on the thread count.
   static constexpr std::size_t kChunks = 32;
-  using PixelsOfBlock = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
 
   void touch_rays(const FrameView& view, const VoxelMap& map);
   std::vector<Slot> allocate(VoxelMap& map);
@@ -50,7 +49,8 @@ class Integrator {
   bool raycast_;
   Band band_;
   std::array<std::vector<std::uint64_t>, kChunks> keys_;  // per chunk: the blocks that it touches
-  std::array<PixelsOfBlock, kChunks> rays_;               // per chunk: for each block, the pixels whose rays cross it
+  RayTable ray_table_;
+  std::array<PassageLists, kChunks> rays_;  // per chunk: for each block, the voxels that its rays pass through
 };
 
 }  // namespace panoptic

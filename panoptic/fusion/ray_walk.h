@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -38,5 +39,19 @@ void walk_cells(const Vec3f& start, const Vec3f& end, Visit&& visit) {
     visit(cell[0], cell[1], cell[2]);
   }
 }
+
+// Sixteen walks side by side: the same cells as walk_cells gives, in the same order.
+constexpr std::size_t kWalkLanes = 16;
+constexpr std::size_t kMostCells = 128;  // of one walk: enough for segments of 64 cells' length
+
+struct CellWalks {
+  alignas(64) float start[3][kWalkLanes];
+  alignas(64) float end[3][kWalkLanes];
+  alignas(64) std::int32_t count[kWalkLanes];                // of cells
+  alignas(64) std::int32_t cell[3][kMostCells][kWalkLanes];  // what lies behind a lane's count is meaningless
+};
+
+// From `start` and `end` of all lanes. REQUIRES segments no longer than 64 cells.
+void walk_together(CellWalks& walks);
 
 }  // namespace panoptic

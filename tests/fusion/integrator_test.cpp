@@ -305,7 +305,7 @@ TEST(Integrator, LabelRuleIsTheWeightedMajorityVote) {
 }
 
 TEST(Integrator, ColourMeansKeepMovingAfterHundredsOfFrames) {
-  std::uint16_t c = fused_color(0, 0, 100, 1);
+  std::int32_t c = fused_color(0, 0, 100, 1);
   EXPECT_EQ(c, 100 * 256);
   for (int i = 1; i < 500; ++i) c = fused_color(c, static_cast<float>(i), 100, 1);
   for (int i = 500; i < 1000; ++i) c = fused_color(c, static_cast<float>(i), 110, 1);

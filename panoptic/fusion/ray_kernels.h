@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The inner loops of the raycast method: which voxels a ray passes through, and what it does to those of one block.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "panoptic/fusion/frame_view.h"
+#include "panoptic/map/voxel_block.h"
+
+namespace panoptic {
+
+struct RayBand {
+  Band band;
+  float voxel_size_m;
+};
+
+// The rays of all pixels, for the signed distance: unit direction in the world, and range from the camera to the surface in
+// voxels. One plane per number, indexed by pixel; meaningless where there is no depth.
+struct RayTable {
+  std::array<std::vector<float>, 3> direction;
+  std::vector<float> range;
+
+  void resize(std::size_t pixels);
+};
+
+// The voxels that the rays of some pixels pass through, by block. The list of a block is a row of passages, each of them 16-bit
+// words: pixel (low, high), number of voxels, then the offset of each voxel in its block, in the order along the ray.
+class PassageLists {
+ public:
+  // Forgets all passages and keeps the memory.
+  void clear();
+  void add(std::uint64_t block_key, std::uint32_t pixel, std::span<const std::uint16_t> voxels);
+
+  // In the order in which the blocks came up.
+  std::span<const std::uint64_t> keys() const { return keys_; }
+  // Empty for a block that no ray crosses.
+  std::span<const std::uint16_t> passages(std::uint64_t block_key) const;
+
+ private:
+  std::uint32_t list_of(std::uint64_t block_key);
+
+  static constexpr std::size_t kRecent = 64;
+  struct Recent {
+    std::uint64_t key = ~std::uint64_t{0};
+    std::uint32_t list = 0;
+  };
+  std::array<Recent, kRecent> recent_{};
+  std::unordered_map<std::uint64_t, std::uint32_t> list_of_key_;
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::vector<std::uint16_t>> lists_;  // the first keys_.size() are in use
+};
+
+// Rows [begin, end) of a frame.
+struct RowRange {
+  int begin;
+  int end;
+};
+
+// Walks the rays of some rows through their bands, and fills their part of the table. Pixels without depth or beyond the grid
+// are left out.
+void collect_passages(const FrameView& view, RowRange rows, const RayBand& band, RayTable& rays, PassageLists& lists);
+
+// Fuses passages of one block in their order (Eq. 6-11).
+struct RayTarget {
+  VoxelBlock& block;
+  Vec3f first_voxel;  // where voxel (0, 0, 0) of the block lies, in voxels
+};
+void fuse_passages(const FrameView& view, const RayTable& rays, const RayBand& band, std::span<const std::uint16_t> passages,
+                   const RayTarget& target);
+
+}  // namespace panoptic
