@@ -57,6 +57,7 @@ BENCHMARK(mean_field)
     ->ArgsProduct({{8, 20, 100}, {20}, {0, 1}})
     ->Args({20, 100, 1})
     ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
     ->UseRealTime();
 
 // A map that holds the sheet, `thickness` voxels deep.
@@ -108,6 +109,7 @@ BENCHMARK(whole_map)
     ->ArgNames({"changed", "paper"})
     ->ArgsProduct({{100, 30}, {0, 1}})
     ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
     ->UseManualTime();
 
 }  // namespace
