@@ -126,24 +126,16 @@ class ColorFilter::Candidates {
     }
   }
 
-  // From a cell to the one with coordinate `last_x` in the same row.
-  void collect(GridPoint at, std::int32_t last_x) {
-    const GridPoint size = centers_.cells.box().size;
-    ranges_.clear();
-    count_ = 0;
-    for (const GridPoint& row : rows_) {
-      const std::int32_t y = at.y + row.y;
-      const std::int32_t z = at.z + row.z;
-      if (y < 0 || y >= size.y || z < 0 || z >= size.z) continue;
-      const GridPoint low{std::max(0, at.x - row.x), y, z};
-      const GridPoint high{std::min(size.x - 1, last_x + row.x), y, z};
-      if (!centers_.cells.any_between(low, high)) continue;
-      // The cells of a row are numbered one after the other, and so are their clusters.
-      ranges_.push_back({centers_.first_of[centers_.cells.rank(low)],
-                         centers_.first_of[centers_.cells.rank(high) + (centers_.cells.contains(high) ? 1U : 0U)]});
-      count_ += ranges_.back().past - ranges_.back().first;
-    }
-    copy_ranges();
+  // For the clusters from `first` on that lie in a few cells of a row; returns the end of them, at most `end`.
+  std::size_t collect(std::size_t first, std::size_t end) {
+    const GridPoint at = centers_.cell_of[first];
+    std::size_t past = first + 1;
+    const auto together = [&](const GridPoint& cell) {
+      return cell.z == at.z && cell.y == at.y && cell.x < at.x + kCellsTogether;
+    };
+    while (past < end && together(centers_.cell_of[past])) ++past;
+    collect_around(at, centers_.cell_of[past - 1].x);
+    return past;
   }
 
   // Those of them that pair with a cluster.
@@ -163,6 +155,26 @@ class ColorFilter::Candidates {
     std::uint32_t first;
     std::uint32_t past;
   };
+
+  // From a cell to the one with coordinate `last_x` in the same row.
+  void collect_around(GridPoint at, std::int32_t last_x) {
+    const GridPoint size = centers_.cells.box().size;
+    ranges_.clear();
+    count_ = 0;
+    for (const GridPoint& row : rows_) {
+      const std::int32_t y = at.y + row.y;
+      const std::int32_t z = at.z + row.z;
+      if (y < 0 || y >= size.y || z < 0 || z >= size.z) continue;
+      const GridPoint low{std::max(0, at.x - row.x), y, z};
+      const GridPoint high{std::min(size.x - 1, last_x + row.x), y, z};
+      if (!centers_.cells.any_between(low, high)) continue;
+      // The cells of a row are numbered one after the other, and so are their clusters.
+      ranges_.push_back({centers_.first_of[centers_.cells.rank(low)],
+                         centers_.first_of[centers_.cells.rank(high) + (centers_.cells.contains(high) ? 1U : 0U)]});
+      count_ += ranges_.back().past - ranges_.back().first;
+    }
+    copy_ranges();
+  }
 
   // Eight at once, and what is too many is overwritten by the next range: most are short.
   void copy_ranges() {
@@ -205,19 +217,13 @@ void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const
   threads.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     Pairs& piece = pairs_[begin / kGrain];
     Candidates candidates(centers, reach_cells);
-    std::size_t past = begin;  // the candidates are those of the clusters before
-    for (std::size_t c = begin; c < end; ++c) {
-      if (c == past) {
-        const GridPoint at = centers.cell_of[c];
-        const auto together = [&](const GridPoint& cell) {
-          return cell.z == at.z && cell.y == at.y && cell.x < at.x + kCellsTogether;
-        };
-        while (past < end && together(centers.cell_of[past])) ++past;
-        candidates.collect(at, centers.cell_of[past - 1].x);
+    for (std::size_t past = begin; begin < end; begin = past) {
+      past = candidates.collect(begin, end);
+      for (std::size_t c = begin; c < past; ++c) {
+        const auto found = candidates.find(c);
+        piece.pairs.insert(piece.pairs.end(), found.begin(), found.end());
+        piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));
       }
-      const auto found = candidates.find(c);
-      piece.pairs.insert(piece.pairs.end(), found.begin(), found.end());
-      piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));
     }
   });
 }

@@ -42,14 +42,14 @@ struct RowSums {
 // The list: rows of voxels, with their scale.
 struct MemberSums {
   RowSums rows;
-  const std::uint32_t* members;
+  const std::uint32_t* members = nullptr;
   ScaledRows in;
 };
 // The list: rows of clusters, with the weight of the pair.
 struct PairSums {
   RowSums rows;
-  const ClusterPair* pairs;
-  const float* in;
+  const ClusterPair* pairs = nullptr;
+  const float* in = nullptr;
 };
 
 void sum_members(const MemberSums& work, RowWidth width);
