@@ -13,7 +13,6 @@ namespace panoptic {
 namespace {
 
 using kernels::kRow;
-using kernels::RowScratch;
 constexpr int kSlice = kRow * kRow;
 
 // A slice of 16 x 16 voxels on its way to the pixels: plain arrays, and nothing but ternaries in the loops, so that each loop
@@ -111,8 +110,8 @@ void integrate_slices(const KernelFrame& frame_in, const BlockInCamera& place_in
   const BlockInCamera place = place_in;
   const Band band = band_in;
   const float reach = band.truncation_m * 1.001F;
-  SliceScratch s;
-  RowScratch r;
+  SliceScratch s;  // NOLINT(cppcoreguidelines-pro-type-member-init): every slice fills it
+  RowScratch r;    // NOLINT(cppcoreguidelines-pro-type-member-init): every row fills it
   for (int slice = 0; slice < kRow; ++slice) {
     project_slice(frame, place, slice, s);
     find_near(frame, reach, s);

@@ -18,7 +18,7 @@ void walk_lanes(CellWalks& walks);
 
 [[gnu::always_inline]] static inline void set_out(CellWalks& walks, WalkState& s) {
   constexpr float kNever = std::numeric_limits<float>::max();
-  for (std::size_t k = 0; k < kWalkLanes; ++k) walks.count[k] = 1;
+  for (std::int32_t& count : walks.count) count = 1;
   for (int a = 0; a < 3; ++a) {
     for (std::size_t k = 0; k < kWalkLanes; ++k) {
       const float start = walks.start[a][k];
@@ -40,11 +40,11 @@ void walk_lanes(CellWalks& walks);
 // Which axis is next is as good as random, so a walk alone pays for a wrong guess of the CPU at every other step.
 PANOPTIC_CLONES
 void walk_lanes(CellWalks& walks) {
-  WalkState s;
+  WalkState s;                                      // NOLINT(cppcoreguidelines-pro-type-member-init): set_out fills it
   alignas(64) std::int32_t on_axis[3][kWalkLanes];  // all bits where the next border lies on this axis
   set_out(walks, s);
   std::int32_t longest = 1;
-  for (std::size_t k = 0; k < kWalkLanes; ++k) longest = walks.count[k] > longest ? walks.count[k] : longest;
+  for (const std::int32_t count : walks.count) longest = count > longest ? count : longest;
   const std::size_t cells = longest < static_cast<std::int32_t>(kMostCells) ? static_cast<std::size_t>(longest) : kMostCells;
   for (std::size_t i = 0; i < cells; ++i) {
     for (std::size_t k = 0; k < kWalkLanes; ++k) {
