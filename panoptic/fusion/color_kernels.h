@@ -43,7 +43,7 @@ struct RowSums {
 struct MemberSums {
   RowSums rows;
   const std::uint32_t* members = nullptr;
-  ScaledRows in;
+  ScaledRows in = {};
 };
 // The list: rows of clusters, with the weight of the pair.
 struct PairSums {
