@@ -18,7 +18,7 @@ int main(int argc, char** argv) try {
   for (const panoptic::Frame& frame : *dataset) {
     session.add(frame, predictor ? predictor->predict(frame) : panoptic::Segmentation{});
   }
-  session.regularize();
+  session.finish();
   panoptic::write_glb(argv[3], session.mesh(), session.labels());
   return 0;
 } catch (const panoptic::Error& error) {

@@ -34,10 +34,13 @@ void add_recording(CLI::App& app, Arguments& a) {
 }
 
 void add_networks(CLI::App& app, Arguments& a) {
-  app.add_option("--semantic", a.semantic, "model description (TOML) of the semantic network");
+  app.add_option("--semantic", a.semantic,
+                 "model description (TOML) of a semantic network; may be repeated: the class probabilities are averaged");
   app.add_option("--instance", a.instance, "model description (TOML) of the instance network");
   app.add_option("--labels", a.labels,
                  "label set: indoor, home, scannet20 or a TOML file; default: the predictions' own, else indoor");
+  app.add_option("--preset", a.preset,
+                 fmt::format("options to start from: {} (best measured), {}", kDefaultPreset, preset_names()));
   app.add_option("--config", a.config, "TOML file of options; out/options.toml of an earlier run is one");
   app.add_option("--set", a.settings, "one option, key=value; may be repeated (keys: panoptic options)");
   app.add_option("--frames", a.frames, "A:B or A:B:STEP, positions in the sequence from 0, B excluded");
@@ -143,9 +146,13 @@ Options options_from(const Arguments& a) {
   if (!a.predictions.empty() && !(a.semantic.empty() && a.instance.empty())) {
     throw UsageError("--predictions stands for networks: leave out either it or --semantic and --instance");
   }
-  Options options = a.config.empty() ? Options{} : load_options(a.config);
+  Options options = preset_options(a.preset.empty() ? kDefaultPreset : a.preset);
+  if (!a.config.empty()) read_toml_file(a.config, fields(options));
   // What makes the labels is one choice: a flag for one way wins over the other way in the file.
-  if (!a.predictions.empty()) options.networks.semantic = options.networks.instance = "";
+  if (!a.predictions.empty()) {
+    options.networks.semantic.clear();
+    options.networks.instance.clear();
+  }
   if (!a.semantic.empty() || !a.instance.empty()) options.predictions.clear();
   const Fields all = fields(options);
   for (const std::string& setting : a.settings) {

@@ -28,10 +28,11 @@ struct Arguments {
   std::string command;  // "run", "predict", "doctor"; empty when only help or the version was asked for
   std::string dataset;
   std::string output;
+  std::string preset;
   std::string config;
   std::vector<std::string> settings;  // key=value
   std::string calibration;
-  std::string semantic;
+  std::vector<std::string> semantic;
   std::string instance;
   std::string predictions;
   std::string labels;
@@ -63,9 +64,9 @@ struct Arguments {
 // Prints help or the version when asked. Throws UsageError.
 Arguments parse_arguments(int argc, char** argv);
 
-// Defaults, then --config, then --set, then the flags of their own; --predictions on the one side, --semantic and --instance on
+// The preset, then --config, then --set, then the flags of their own; --predictions on the one side, --semantic and --instance on
 // the other, also win over what the file says about the other side. Throws UsageError for --set and for flags that exclude
-// each other, Error for the file.
+// each other, Error for the preset and the file.
 Options options_from(const Arguments& arguments);
 
 }  // namespace panoptic

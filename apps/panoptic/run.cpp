@@ -69,7 +69,7 @@ std::string map_recording(const Dataset& dataset, FrameRange range, Run& run) {
   Progress progress("frames", range.count(dataset.size()));
   try {
     map_frames(stream, run, progress);
-    run.session.regularize();
+    run.session.finish();
   } catch (const std::bad_alloc&) {
     failure = kOutOfMemory;
   } catch (const std::exception& e) {
@@ -143,7 +143,9 @@ void require_use(const Run& run, const Arguments& arguments) {
 }  // namespace
 
 std::string networks_text(const NetworkOptions& o) {
-  return o.semantic + (o.semantic.empty() || o.instance.empty() ? "" : " + ") + o.instance;
+  std::vector<std::string> names = o.semantic;
+  if (!o.instance.empty()) names.push_back(o.instance);
+  return fmt::format("{}", fmt::join(names, " + "));
 }
 
 FrameRange frame_range_from(const Arguments& arguments) {

@@ -129,6 +129,10 @@ class Reader {
   }
   void read(const toml::node& node, const Field& field, std::vector<std::string>* value) const {
     value->clear();
+    if (node.is_string()) {  // a list of one
+      value->push_back(text(node, field));
+      return;
+    }
     for (const toml::node& element : array(node, field)) value->push_back(text(element, field));
   }
   void read(const toml::node& node, const Field& field, std::map<std::string, std::string>* value) const {

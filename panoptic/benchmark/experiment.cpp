@@ -21,7 +21,7 @@ constexpr std::size_t kMapsAtOnce = 4;  // a home's map takes some 200 MB at 2.4
 constexpr const char* kLabels = "scannet20";
 
 Options options_of(const Setting& setting) {
-  Options options;
+  Options options = preset_options(setting.preset);
   const Fields all = fields(options);
   for (const std::string& assignment : setting.set) set_field(all, assignment);
   return options;
@@ -73,7 +73,7 @@ struct Totals {
 };
 
 void finish(const Mapping& mapping, const ScanTruth& truth, Totals& totals) {
-  if (mapping.session) mapping.session->regularize();
+  if (mapping.session) mapping.session->finish();
   LabelledMap map;
   map.mesh = mapping.session ? mapping.session->mesh() : mapping.substitute->mesh();
   map.labels = mapping.session ? mapping.session->labels() : mapping.substitute->labels();

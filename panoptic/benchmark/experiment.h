@@ -21,7 +21,8 @@ struct Setting {
   std::string name;
   std::string noise = "kinect";                           // sensor_noise_preset
   std::string predictions = "maskrcnn";                   // prediction_noise_preset
-  std::vector<std::string> set;                           // options that differ from the defaults, key=value
+  std::string preset = kDefaultPreset;                    // preset_options
+  std::vector<std::string> set;                           // options that differ from the preset, key=value
   std::optional<Substitutes> substitutes = std::nullopt;  // stages replaced by the truth; then there is no regularizer
 };
 

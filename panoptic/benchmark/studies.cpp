@@ -25,6 +25,12 @@ Setting without_crf(Setting setting) {
   return setting;
 }
 
+// The paper's rules without the CRF, which is what the substitutes of the error budget do.
+Setting bare(Setting setting) {
+  setting.preset = "paper";
+  return without_crf(std::move(setting));
+}
+
 Setting submaps_of(const std::string& name, int blocks) {
   return {.name = name, .set = {"regularizer.max_blocks=" + std::to_string(blocks)}};
 }
@@ -38,18 +44,19 @@ const Setting kAllOracles{.name = "oracle", .noise = "none", .predictions = "ora
 
 void add_error_budget(Study& study) {
   auto& settings = study.experiment.settings;
-  settings.push_back(without_crf({.name = "no regularizer"}));
-  settings.push_back(without_crf({.name = "true geometry", .noise = "none"}));
-  settings.push_back({.name = "true tracking", .substitutes = Substitutes{.tracking = true}});
-  settings.push_back({.name = "all votes stored", .substitutes = Substitutes{.storage = true}});
-  settings.push_back(without_crf({.name = "true masks", .predictions = "oracle"}));
-  settings.push_back(without_crf({.name = "all true", .noise = "none", .predictions = "oracle"}));
+  settings.push_back(bare({.name = "nothing replaced"}));
+  settings.push_back(bare({.name = "true geometry", .noise = "none"}));
+  settings.push_back(bare({.name = "true tracking", .substitutes = Substitutes{.tracking = true}}));
+  settings.push_back(bare({.name = "all votes stored", .substitutes = Substitutes{.storage = true}}));
+  settings.push_back(bare({.name = "true masks", .predictions = "oracle"}));
+  settings.push_back(bare({.name = "all true", .noise = "none", .predictions = "oracle"}));
   study.groups.push_back(
       {.title = "Error budget",
        .question = "What is lost where: one stage at a time is replaced by the truth. True geometry: depth without noise. True "
                    "tracking: a mask belongs to the thing that it covers most of. All votes stored: a voxel counts every label "
-                   "instead of keeping one. True masks: what perfect networks would see. The regularizer is off throughout.",
-       .settings = {"no regularizer", "true geometry", "true tracking", "all votes stored", "true masks", "all true"}});
+                   "instead of keeping one. True masks: what perfect networks would see. The rules are the paper's throughout, "
+                   "without the regularizer.",
+       .settings = {"nothing replaced", "true geometry", "true tracking", "all votes stored", "true masks", "all true"}});
 }
 
 void add_masks(Study& study) {
@@ -65,14 +72,29 @@ void add_masks(Study& study) {
                           .settings = {"poor masks", "default", "good masks", "oracle masks", "oracle"}});
 }
 
+void add_rules(Study& study) {
+  auto& settings = study.experiment.settings;
+  settings.push_back({.name = "no object maintenance", .set = {"objects.enabled=false"}});
+  settings.push_back({.name = "one vote an object", .set = {"integrator.object_vote=1"}});
+  settings.push_back({.name = "paper", .preset = "paper"});
+  settings.push_back({.name = "paper, good masks", .predictions = "good", .preset = "paper"});
+  study.groups.push_back(
+      {.title = "Label rules",
+       .question = "The rules that go beyond the paper, with masks as of Mask R-CNN and with good ones.",
+       .settings = {"paper", "default", "no object maintenance", "one vote an object", "paper, good masks", "good masks"}});
+}
+
 void add_regularizer(Study& study) {
   auto& settings = study.experiment.settings;
+  settings.push_back(without_crf({.name = "no regularizer"}));
+  settings.push_back(without_crf({.name = "oracle, no regularizer", .noise = "none", .predictions = "oracle"}));
   const std::vector<std::string> paper = {"regularizer.w1=10", "regularizer.w2=15", "regularizer.band_voxels=4"};
   settings.push_back({.name = "paper's CRF", .set = paper});
   settings.push_back({.name = "oracle, paper's CRF", .noise = "none", .predictions = "oracle", .set = paper});
-  study.groups.push_back({.title = "Regularizer",
-                          .question = "With and without the CRF, and with the parameters of the paper (its table of ablations).",
-                          .settings = {"no regularizer", "default", "paper's CRF", "all true", "oracle", "oracle, paper's CRF"}});
+  study.groups.push_back(
+      {.title = "Regularizer",
+       .question = "With and without the CRF, and with the parameters of the paper (its table of ablations).",
+       .settings = {"no regularizer", "default", "paper's CRF", "oracle, no regularizer", "oracle", "oracle, paper's CRF"}});
 }
 
 void add_submaps(Study& study) {
@@ -120,6 +142,7 @@ Study full_study() {
     study.experiment.homes.push_back({.seed = static_cast<std::uint64_t>(seed), .rooms = kRooms, .frames = kFrames});
   }
   add_masks(study);
+  add_rules(study);
   add_error_budget(study);
   add_regularizer(study);
   add_submaps(study);

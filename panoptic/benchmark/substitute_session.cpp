@@ -37,7 +37,7 @@ SubstituteSession::SubstituteSession(const Options& options, LabelSet labels, Su
       objects_(labels_.first_thing()),
       registration_(options.depth),
       tracker_(options.tracker, labels_),
-      integrator_(options.integrator, map_),
+      integrator_(options.integrator, map_, labels_.first_thing()),
       mesher_(options.mesher),
       votes_(map_.voxel_size_m()) {}
 
@@ -64,7 +64,7 @@ const std::vector<PanopticId>& SubstituteSession::assign_truth(const RegisteredF
   std::vector<PanopticId> id_of(segments.size(), PanopticId::kUnknown);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     if (labels_.is_stuff(segments[s].class_id)) {
-      id_of[s] = LabelSet::stuff(segments[s].class_id);
+      id_of[s] = LabelSet::of_class(segments[s].class_id);
     } else if (instances[s] != 0) {
       id_of[s] = object_of(instances[s]);
       if (id_of[s] != PanopticId::kUnknown) objects_.observe(id_of[s], segments[s], frame);

@@ -21,12 +21,15 @@ struct ClassText {
   std::string name;
   bool thing = true;
   std::vector<double> color{128, 128, 128};
+  double max_size_m = 0;
+  bool support = false;
 };
 
 LabelClass to_class(const ClassText& text, const std::string& source) {
   if (text.color.size() != 3) throw Error(fmt::format("{}: class '{}': color must be [red, green, blue]", source, text.name));
   const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(std::clamp(text.color[i], 0.0, 255.0)); };
-  return {static_cast<ClassId>(text.id), text.name, text.thing, {channel(0), channel(1), channel(2)}};
+  return {static_cast<ClassId>(text.id),        text.name,       text.thing,
+          {channel(0), channel(1), channel(2)}, text.max_size_m, text.support};
 }
 
 Rgb from_hsv(double hue, double saturation, double value) {
@@ -75,6 +78,11 @@ bool LabelSet::is_thing(ClassId id) const {
   return c != nullptr && c->is_thing;
 }
 
+bool LabelSet::is_support(ClassId id) const {
+  const LabelClass* c = find(id);
+  return c != nullptr && c->is_support;
+}
+
 bool LabelSet::is_stuff(ClassId id) const {
   const LabelClass* c = find(id);
   return c != nullptr && !c->is_thing;
@@ -93,7 +101,9 @@ LabelSet load_label_set(const std::string& name_or_path) {
     return {{"id", &c.id, "the class number", {.min = 1, .max = kMaxClassId, .choices = {}, .required = true}},
             {"name", &c.name, "the class name", required()},
             {"thing", &c.thing, "true: countable objects; false: stuff such as walls", {}},
-            {"color", &c.color, "red, green, blue in pictures", in_range(0, 255)}};
+            {"color", &c.color, "red, green, blue in pictures", in_range(0, 255)},
+            {"max_size_m", &c.max_size_m, "nothing of this class is longer; 0 = no limit", in_range(0, 1000)},
+            {"support", &c.support, "true: has a level top that other things stand on", {}}};
   };
   const Fields fields = {{"name", &name, "the name of the label set", required()},
                          {"class", AppendTable(append_class), "a class", required()}};

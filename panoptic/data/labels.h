@@ -18,9 +18,9 @@ namespace panoptic {
 // What something is: chair, wall. Numbers come from the label set; 0 is unknown.
 enum class ClassId : std::uint16_t { kUnknown = 0 };
 
-// Which one in the whole map: stuff uses its class number, things count up from LabelSet::first_thing(); 0 is unknown.
-// kNoVote is never an id: in a label image it marks pixels that say nothing about the map (no depth, hidden from the colour
-// camera, or a frame without a prediction), whereas kUnknown is a label like any other and votes.
+// Which one in the whole map: what was not told apart uses its class number, things count up from LabelSet::first_thing(); 0 is
+// unknown. kNoVote is never an id: in a label image it marks pixels that say nothing about the map (no depth, hidden from the
+// colour camera, or a frame without a prediction), whereas kUnknown is a label like any other and votes.
 enum class PanopticId : std::uint16_t { kUnknown = 0, kNoVote = 65535 };
 
 constexpr std::uint16_t number(ClassId id) { return static_cast<std::uint16_t>(id); }
@@ -31,6 +31,8 @@ struct LabelClass {
   std::string name;
   bool is_thing = true;
   Rgb color;
+  double max_size_m = 0;    // nothing of this class is longer; 0 = no limit
+  bool is_support = false;  // has a level top that other things stand on
 };
 
 // The classes of a map, sorted by id. Immutable once made, so any thread may read it.
@@ -49,13 +51,14 @@ class LabelSet {
 
   bool is_thing(ClassId id) const;
   bool is_stuff(ClassId id) const;
+  bool is_support(ClassId id) const;
   std::string_view name_of(ClassId id) const;  // "unknown" if there is none
 
   // The lowest panoptic id of an object: one above the highest class id.
   std::uint16_t first_thing() const { return first_thing_; }
   bool is_object(PanopticId id) const { return number(id) >= first_thing_; }
-  // Stuff ids are class numbers.
-  static PanopticId stuff(ClassId id) { return static_cast<PanopticId>(number(id)); }
+  // The id of all that is of a class and was not told apart: stuff, and things without an instance. Such ids are class numbers.
+  static PanopticId of_class(ClassId id) { return static_cast<PanopticId>(number(id)); }
 
  private:
   std::string name_;

@@ -28,29 +28,49 @@ bool paint(const Instance& instance, std::uint16_t value, Image<std::uint16_t>& 
   return any;
 }
 
+// Which instance is painted first, that is, in front of the others.
+std::vector<std::size_t> front_to_back(const std::vector<Instance>& instances, bool smaller_in_front) {
+  std::vector<std::size_t> order;
+  std::vector<std::int64_t> area(instances.size(), 0);
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (std::isnan(instances[i].segment.score)) continue;
+    order.push_back(i);
+    const auto pixels = instances[i].mask.pixels();
+    if (smaller_in_front) area[i] = static_cast<std::int64_t>(pixels.size()) - std::count(pixels.begin(), pixels.end(), 0);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return area[a] != area[b] ? area[a] < area[b] : instances[a].segment.score > instances[b].segment.score;
+  });
+  return order;
+}
+
 }  // namespace
 
-Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels) {
+Fields fields(SegmentationOptions& o) {
+  return {{"keep_whole_classes",
+           &o.keep_whole_classes,
+           "things that only the semantic network sees keep their class, without an id of their own; false: they are unknown",
+           {}},
+          {"smaller_in_front", &o.smaller_in_front, "where masks overlap, the smaller is in front; false: the higher score", {}}};
+}
+
+Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels,
+                  const SegmentationOptions& options) {
   Segmentation result{Image<std::uint16_t>(semantic.width(), semantic.height()), {}};
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < instances.size(); ++i) {
-    if (!std::isnan(instances[i].segment.score)) order.push_back(i);
-  }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return instances[a].segment.score > instances[b].segment.score; });
-  for (const std::size_t i : order) {
+  for (const std::size_t i : front_to_back(instances, options.smaller_in_front)) {
     if (result.segments.size() >= kMaxInstances) break;
     if (!labels.is_thing(instances[i].segment.class_id)) continue;
     if (paint(instances[i], static_cast<std::uint16_t>(result.segments.size() + 1), result.segment_at)) {
       result.segments.push_back(instances[i].segment);
     }
   }
-  std::vector<std::uint16_t> segment_of_stuff(labels.first_thing(), 0);
+  std::vector<std::uint16_t> segment_of_class(labels.first_thing(), 0);
   for (std::size_t i = 0; i < semantic.size(); ++i) {
-    if (result.segment_at[i] != 0 || !labels.is_stuff(semantic[i])) continue;
-    std::uint16_t& segment = segment_of_stuff[number(semantic[i])];
+    const ClassId id = semantic[i];
+    if (result.segment_at[i] != 0 || !(labels.is_stuff(id) || (options.keep_whole_classes && labels.is_thing(id)))) continue;
+    std::uint16_t& segment = segment_of_class[number(id)];
     if (segment == 0) {
-      result.segments.push_back({semantic[i], 1.0F, {}});
+      result.segments.push_back({id, 1.0F, {}, labels.is_thing(id)});
       segment = static_cast<std::uint16_t>(result.segments.size());
     }
     result.segment_at[i] = segment;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "panoptic/base/config.h"
 #include "panoptic/base/image.h"
 #include "panoptic/data/labels.h"
 
@@ -24,7 +25,8 @@ struct Segment {
   ClassId class_id = ClassId::kUnknown;
   float score = 1;  // p(z, O) in Eq. 12; 1 for stuff
   std::vector<ClassProbability>
-      class_probabilities;  // p(z, l | O) over thing classes, sorted by class id; empty = class_id alone
+      class_probabilities;      // p(z, l | O) over thing classes, sorted by class id; empty = class_id alone
+  bool is_whole_class = false;  // things that were not told apart: what class is there is known, which one is not
 
   bool operator==(const Segment&) const = default;
 };
@@ -46,11 +48,18 @@ struct Instance {
   Image<std::uint8_t> mask;  // nonzero = object
 };
 
-// Eq. 1: instance first, else stuff class, else unknown (a semantic thing pixel without an instance is unknown).
-// Where masks overlap, the higher score is in front (ties: the earlier one). `semantic` holds class numbers of the label set
-// at the size of the colour image. Instances that keep no pixel, whose class is no
-// thing of the label set, or whose score is NaN are dropped. Segments: things in descending score, then stuff.
-Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels);
+struct SegmentationOptions {
+  bool keep_whole_classes = true;  // false: a semantic thing pixel without an instance is unknown (the paper)
+  bool smaller_in_front = true;    // false: the higher score is in front (the paper)
+};
+Fields fields(SegmentationOptions& options);
+
+// Eq. 1: instance first, else the semantic class, else unknown. `semantic` holds class numbers of the label set at the size of
+// the colour image. Instances that keep no pixel, whose class is no thing of the label set, or whose score is NaN are dropped.
+// Where masks overlap, ties go to the higher score, then to the earlier one. Segments: instances from front to back, then
+// whole classes.
+Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels,
+                  const SegmentationOptions& options = {});
 
 // Why a segmentation cannot be used with a colour image of this size, or nullptr.
 const char* why_unusable(const Segmentation& segmentation, int width, int height);

@@ -48,7 +48,8 @@ struct RowScratch {
   for (int k = 0; k < kRow; ++k) plane[k] = static_cast<std::uint16_t>(value[k]);
 }
 
-[[gnu::always_inline]] inline void fuse_labels(VoxelBlock& block, std::size_t first, const RowScratch& s) {
+[[gnu::always_inline]] inline void fuse_labels(VoxelBlock& block, std::size_t first, const LabelVotes& votes,
+                                               const RowScratch& s) {
   alignas(64) std::int32_t label[kRow];
   std::uint16_t* __restrict plane = block.label.data() + first;
   float* __restrict label_weight = block.label_weight.data() + first;
@@ -56,7 +57,8 @@ struct RowScratch {
   for (int k = 0; k < kRow; ++k) {
     const bool use = (s.weight[k] > 0) & (s.label[k] != number(PanopticId::kNoVote));
     const VoxelLabel old{static_cast<std::uint16_t>(label[k]), label_weight[k]};
-    const VoxelLabel fused = fused_label(old, static_cast<std::uint16_t>(s.label[k]), s.weight[k]);
+    const auto observed = static_cast<std::uint16_t>(s.label[k]);
+    const VoxelLabel fused = fused_label(old, observed, s.weight[k] * votes.of(observed));
     label[k] = use ? fused.label : label[k];
     label_weight[k] = use ? fused.weight : label_weight[k];
   }
@@ -64,12 +66,12 @@ struct RowScratch {
 }
 
 // The row of 16 voxels that begins at voxel `first` of the block.
-[[gnu::always_inline]] inline void fuse_row(VoxelBlock& block, std::size_t first, RowScratch& s) {
+[[gnu::always_inline]] inline void fuse_row(VoxelBlock& block, std::size_t first, const LabelVotes& votes, RowScratch& s) {
   fuse_distances(block, first, s);
   fuse_channel(block.red.data() + first, 16, s);
   fuse_channel(block.green.data() + first, 8, s);
   fuse_channel(block.blue.data() + first, 0, s);
-  fuse_labels(block, first, s);
+  fuse_labels(block, first, votes, s);
 }
 
 }  // namespace panoptic::kernels

@@ -121,7 +121,7 @@ void integrate_slices(const KernelFrame& frame_in, const BlockInCamera& place_in
     for (int row = 0; row < kRow; ++row) {
       if (!any_near(s, row)) continue;
       weigh(frame, band, s, row, r);
-      fuse_row(block, static_cast<std::size_t>(slice * kSlice + row * kRow), r);
+      fuse_row(block, static_cast<std::size_t>(slice * kSlice + row * kRow), frame.votes, r);
     }
   }
 }

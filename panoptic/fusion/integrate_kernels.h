@@ -12,6 +12,14 @@
 
 namespace panoptic {
 
+// How much a label counts, beside the weight of the distance: object ids are those from first_object on.
+struct LabelVotes {
+  float object = 1;
+  std::uint16_t first_object = 65535;
+
+  float of(std::uint16_t label) const { return label >= first_object ? object : 1.0F; }
+};
+
 // The frame as the kernels see it: raw planes with one extra "no reading" pixel at the end, camera numbers in float.
 struct KernelFrame {
   const float* depth;
@@ -20,6 +28,7 @@ struct KernelFrame {
   int width;
   int height;
   float fx, fy, cx, cy;
+  LabelVotes votes;
 };
 
 // The band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.
@@ -67,8 +76,8 @@ inline VoxelLabel fused_label(VoxelLabel old, std::uint16_t label, float weight)
 }
 
 // One observation of one voxel, all properties. `color` as in RegisteredFrame.
-inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, float distance, float weight, std::uint32_t color,
-                       PanopticId label) {
+inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, float distance, float weight, std::uint32_t color, PanopticId label,
+                       const LabelVotes& votes) {
   const float old_weight = block.weight[voxel];
   block.distance[voxel] = fused_distance(block.distance[voxel], old_weight, distance, weight);
   block.weight[voxel] = old_weight + weight;
@@ -81,7 +90,8 @@ inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, float distance, flo
     fuse(block.blue[voxel], color);
   }
   if (label != PanopticId::kNoVote) {
-    const VoxelLabel fused = fused_label({block.label[voxel], block.label_weight[voxel]}, number(label), weight);
+    const VoxelLabel fused =
+        fused_label({block.label[voxel], block.label_weight[voxel]}, number(label), weight * votes.of(number(label)));
     block.label[voxel] = fused.label;
     block.label_weight[voxel] = fused.weight;
   }

@@ -10,21 +10,25 @@
 namespace panoptic {
 Fields fields(IntegratorOptions& o) {
   return {{"method", &o.method, "projective: voxels look up pixels (fast); raycast: pixels walk their rays (the paper)",
-           one_of({"projective", "raycast"})}};
+           one_of({"projective", "raycast"})},
+          {"object_vote", &o.object_vote, "how much a pixel of an object counts, where others count 1", in_range(0, 100)}};
 }
 
-Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map)
-    : raycast_(options.method == "raycast"), band_{map.truncation_m(), map.voxel_size_m()} {}
+Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map, std::uint16_t first_object)
+    : raycast_(options.method == "raycast"),
+      band_{map.truncation_m(), map.voxel_size_m()},
+      votes_{options.object_vote, first_object} {}
 
 void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels,
                            VoxelMap& map) {
   const Camera& c = frame.depth_camera;
-  const FrameView view{{registered.depth.data(), registered.color.data(), labels.data(), registered.width, registered.height,
-                        static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy)},
-                       c,
-                       frame.world_from_camera.linear().cast<float>(),
-                       frame.world_from_camera.translation(),
-                       registered.farthest_m};
+  const FrameView view{
+      {registered.depth.data(), registered.color.data(), labels.data(), registered.width, registered.height,
+       static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy), votes_},
+      c,
+      frame.world_from_camera.linear().cast<float>(),
+      frame.world_from_camera.translation(),
+      registered.farthest_m};
   map.begin_epoch();
   if (raycast_) {
     touch_rays(view, map);

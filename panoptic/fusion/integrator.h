@@ -23,6 +23,9 @@ struct IntegratorOptions {
   // "projective": every voxel near the surface looks up the pixel it projects to. "raycast": every pixel updates the voxels
   // along its ray, as in the paper. Same weights, same label rule; raycast counts a voxel once per ray through it.
   std::string method = "projective";
+  // What a pixel of an object adds to its label (Eq. 9-11), where others add 1: detectors miss things in many frames. 1 in the
+  // paper.
+  float object_vote = 4;
 };
 Fields fields(IntegratorOptions& options);
 
@@ -31,7 +34,8 @@ Fields fields(IntegratorOptions& options);
 // same bit for bit at any thread count.
 class Integrator {
  public:
-  Integrator(const IntegratorOptions& options, const VoxelMap& map);
+  // Panoptic ids from first_object on are objects (LabelSet::first_thing).
+  Integrator(const IntegratorOptions& options, const VoxelMap& map, std::uint16_t first_object = 65535);
 
   // `labels` as LabelTracker::assign returns them. Starts a new epoch and marks the blocks it updates. Depth points beyond the
   // range of block indices (400 km at 2.4 cm) are left out.
@@ -48,6 +52,7 @@ class Integrator {
 
   bool raycast_;
   Band band_;
+  LabelVotes votes_;
   std::array<std::vector<std::uint64_t>, kChunks> keys_;  // per chunk: the blocks that it touches
   RayTable ray_table_;
   std::array<PassageLists, kChunks> rays_;  // per chunk: for each block, the voxels that its rays pass through

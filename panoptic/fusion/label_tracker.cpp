@@ -16,7 +16,11 @@ constexpr std::size_t kIds = 65536;
 
 Fields fields(TrackerOptions& o) {
   return {{"iou_threshold", &o.iou_threshold, "a segment joins an object of the map if their IoU is above this (Eq. 4)",
-           in_range(0, 1)}};
+           in_range(0, 1)},
+          {"trust_map",
+           &o.trust_map,
+           "pixels that say less than the map knows (unknown, a table under an unnamed thing) confirm it",
+           {}}};
 }
 
 LabelTracker::LabelTracker(const TrackerOptions& options, LabelSet labels)
@@ -91,8 +95,8 @@ const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& regis
   for (const std::size_t s : order) {
     const Segment& segment = segments[s];
     PanopticId& id = id_of_value_[s + 1];
-    if (labels_.is_stuff(segment.class_id)) id = LabelSet::stuff(segment.class_id);
-    if (!labels_.is_thing(segment.class_id) || segment_area_[s] == 0) continue;
+    if (labels_.is_stuff(segment.class_id) || segment.is_whole_class) id = LabelSet::of_class(segment.class_id);
+    if (!labels_.is_thing(segment.class_id) || segment.is_whole_class || segment_area_[s] == 0) continue;
     id = best_match(s);
     if (id != PanopticId::kUnknown) {
       column_taken_[column_of_id_[number(id)]] = true;
@@ -101,12 +105,35 @@ const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& regis
     }
     if (id != PanopticId::kNoVote) objects.observe(id, segment, frame);
   }
-  result_.resize(registered.segment.size());
+  label_pixels(registered, segments, reference, objects);
+  return result_;
+}
+
+// Of a value of RegisteredFrame::segment, where the map has an object of a known class.
+bool LabelTracker::says_less(std::size_t value, ClassId known, std::span<const Segment> segments) const {
+  if (value == 0) return known == ClassId::kUnknown;
+  const Segment& segment = segments[value - 1];
+  if (known == ClassId::kUnknown) return labels_.is_support(segment.class_id);
+  return segment.is_whole_class && segment.class_id == known;
+}
+
+void LabelTracker::label_pixels(const RegisteredFrame& registered, std::span<const Segment> segments,
+                                std::span<const PanopticId> reference, const ObjectRegistry& objects) {
+  const std::size_t columns = column_id_.size();
+  std::vector<bool> confirms((segments.size() + 1) * columns, false);
+  for (std::size_t c = 0; options_.trust_map && c < columns; ++c) {
+    const ClassId known = objects.class_of(column_id_[c]);
+    for (std::size_t v = 0; v <= segments.size(); ++v) confirms[v * columns + c] = says_less(v, known, segments);
+  }
+  result_.assign(registered.segment.size(), PanopticId::kNoVote);
   for (std::size_t i = 0; i < result_.size(); ++i) {
     const std::uint16_t value = registered.segment[i];
-    result_[i] = value == RegisteredFrame::kNoSegment ? PanopticId::kNoVote : id_of_value_[value];
+    if (value == RegisteredFrame::kNoSegment) continue;
+    result_[i] = id_of_value_[value];
+    const PanopticId known = i < reference.size() ? reference[i] : PanopticId::kUnknown;
+    const std::size_t column = column_of_id_[number(known)];
+    if (column != kNoColumn && confirms[value * columns + column]) result_[i] = known;
   }
-  return result_;
 }
 
 }  // namespace panoptic

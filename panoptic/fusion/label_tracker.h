@@ -17,6 +17,9 @@ namespace panoptic {
 
 struct TrackerOptions {
   float iou_threshold = 0.25F;  // theta_U in Eq. 4
+  // A pixel that says less than the map knows votes for what the map knows: unknown or a table for a thing without a class, a
+  // class without an instance for the thing of that class. False in the paper.
+  bool trust_map = true;
 };
 Fields fields(TrackerOptions& options);
 
@@ -39,6 +42,9 @@ class LabelTracker {
  private:
   void count_overlaps(const RegisteredFrame& registered, std::size_t segment_count, std::span<const PanopticId> reference);
   PanopticId best_match(std::size_t segment) const;
+  bool says_less(std::size_t value, ClassId known, std::span<const Segment> segments) const;
+  void label_pixels(const RegisteredFrame& registered, std::span<const Segment> segments, std::span<const PanopticId> reference,
+                    const ObjectRegistry& objects);
 
   TrackerOptions options_;
   LabelSet labels_;

@@ -217,6 +217,7 @@ struct RayObservation {
   float depth;
   std::uint32_t color;
   PanopticId label;
+  LabelVotes votes;
 };
 
 void fuse_ray(const RayObservation& observation, const RayBand& ray_band, std::span<const std::uint16_t> voxels,
@@ -245,7 +246,7 @@ void fuse_ray(const RayObservation& observation, const RayBand& ray_band, std::s
     weights[k] = observation_weight(ray.depth, distance, band);
   }
   for (std::size_t k = 0; k < count; ++k) {
-    if (weights[k] > 0) fuse_voxel(block, offset[k], distances[k], weights[k], ray.color, ray.label);
+    if (weights[k] > 0) fuse_voxel(block, offset[k], distances[k], weights[k], ray.color, ray.label, ray.votes);
   }
 }
 
@@ -254,6 +255,7 @@ void fuse_ray(const RayObservation& observation, const RayBand& ray_band, std::s
 void fuse_passages(const FrameView& view, const RayTable& rays, const RayBand& band, std::span<const std::uint16_t> passages,
                    const RayTarget& target) {
   kernels::RayObservation ray{};
+  ray.votes = view.pixels.votes;
   const Vec3f origin = camera_in_voxels(view, band.voxel_size_m);
   for (int a = 0; a < 3; ++a) {
     ray.origin[a] = origin[a];

@@ -24,7 +24,7 @@
 
 namespace panoptic {
 
-// The paper's w1, w2 are 10 and 15 and it regularizes every voxel (configs/regularizer_paper.toml); on real recordings that
+// The paper's w1, w2 are 10 and 15 and it regularizes every voxel (configs/presets/paper.toml); on real recordings that
 // loses small objects, see docs/decisions/0008-crf.md.
 struct RegularizerOptions {
   bool enabled = true;

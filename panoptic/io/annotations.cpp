@@ -170,7 +170,7 @@ void draw_class_legend(Picture& picture, const LabelSet& labels) {
   std::vector<LegendEntry> entries;
   for (const Visible& visible : visible_labels(picture)) {
     const auto class_id = static_cast<ClassId>(visible.label);
-    entries.push_back({std::string(labels.name_of(class_id)), picture_color(LabelSet::stuff(class_id), labels)});
+    entries.push_back({std::string(labels.name_of(class_id)), picture_color(LabelSet::of_class(class_id), labels)});
   }
   draw_legend(picture.color, entries);
 }

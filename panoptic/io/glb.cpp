@@ -93,7 +93,7 @@ double linear(std::uint8_t srgb) {
 std::string node_name(PanopticId id, ClassId class_id, const LabelSet& labels) {
   std::string name(labels.name_of(class_id));
   std::replace(name.begin(), name.end(), ' ', '_');
-  const bool is_whole_class = id == PanopticId::kUnknown || (LabelSet::stuff(class_id) == id && labels.is_stuff(class_id));
+  const bool is_whole_class = id == PanopticId::kUnknown || (LabelSet::of_class(class_id) == id && labels.is_stuff(class_id));
   return is_whole_class ? name : fmt::format("{}_{}", name, number(id));
 }
 

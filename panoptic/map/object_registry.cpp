@@ -18,7 +18,10 @@ std::optional<PanopticId> ObjectRegistry::create() {
 
 std::optional<PanopticId> ObjectRegistry::reuse() {
   if (retired_ == 0) return std::nullopt;
-  const auto free = std::find_if(objects_.begin(), objects_.end(), [](const Object& o) { return o.id == PanopticId::kUnknown; });
+  const auto free = std::find_if(objects_.begin(), objects_.end(), [](const Object& o) {
+    return o.id == PanopticId::kUnknown && o.merged_into == PanopticId::kUnknown;
+  });
+  if (free == objects_.end()) return std::nullopt;
   retired_--;
   free->id = static_cast<PanopticId>(first_thing_ + (free - objects_.begin()));
   return free->id;
@@ -54,18 +57,57 @@ void ObjectRegistry::show(PanopticId id, const ObjectView& view) {
   objects_[number(id) - first_thing_].best_views.add(view);
 }
 
+void ObjectRegistry::merge(PanopticId from, PanopticId into) {
+  PANOPTIC_ASSERT(from != into && find(from) != nullptr && find(into) != nullptr);
+  Object& part = objects_[number(from) - first_thing_];
+  Object& whole = objects_[number(into) - first_thing_];
+  if (part.observations > 0) {
+    whole.first_frame = whole.observations == 0 ? part.first_frame : std::min(whole.first_frame, part.first_frame);
+    whole.last_frame = whole.observations == 0 ? part.last_frame : std::max(whole.last_frame, part.last_frame);
+  }
+  whole.observations += part.observations;
+  whole.score_sum += part.score_sum;
+  for (const auto& [class_id, evidence] : part.evidence) whole.evidence[class_id] += evidence;
+  whole.votes.merge(part.votes);
+  whole.best_views.merge(part.best_views);
+  part = Object{};
+  part.merged_into = into;
+  retired_++;
+}
+
+PanopticId ObjectRegistry::survivor(PanopticId id) const {
+  while (number(id) >= first_thing_ && std::size_t{number(id)} - first_thing_ < objects_.size()) {
+    const PanopticId next = objects_[number(id) - first_thing_].merged_into;
+    if (next == PanopticId::kUnknown) break;
+    id = next;
+  }
+  return id;
+}
+
 const Object* ObjectRegistry::find(PanopticId id) const {
   const std::size_t i = std::size_t{number(id)} - first_thing_;
   const bool known = number(id) >= first_thing_ && i < objects_.size() && objects_[i].id == id;
   return known ? &objects_[i] : nullptr;
 }
 
+void ObjectRegistry::rule_out(PanopticId id, std::set<ClassId> classes) {
+  PANOPTIC_ASSERT(find(id) != nullptr);
+  objects_[number(id) - first_thing_].ruled_out = std::move(classes);
+}
+
 ClassId ObjectRegistry::class_of(PanopticId id) const {
   const Object* object = find(id);
-  if (object == nullptr || object->evidence.empty()) return ClassId::kUnknown;
-  const auto best = std::max_element(object->evidence.begin(), object->evidence.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-  return best->first;
+  ClassId best = ClassId::kUnknown;
+  double most = -1;
+  if (object == nullptr) return best;
+  for (const auto& [class_id, evidence] : object->evidence) {
+    if (evidence <= most || object->ruled_out.contains(class_id)) continue;
+    best = class_id;
+    most = evidence;
+  }
+  constexpr double kFaint = 0.03;  // what is left when the likely classes are ruled out may be no more than noise
+  if (!object->ruled_out.empty() && most < kFaint * object->score_sum) return ClassId::kUnknown;
+  return best;
 }
 
 std::vector<ClassProbability> ObjectRegistry::probabilities(PanopticId id) const {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "panoptic/data/labels.h"
@@ -24,8 +25,10 @@ struct Object {
   std::uint64_t observations = 0;
   double score_sum = 0;                // denominator of Eq. 12
   std::map<ClassId, double> evidence;  // its numerator per class: sum of score * p(class)
+  std::set<ClassId> ruled_out;         // classes that it cannot be, whatever the evidence
   VoteHistory votes;                   // the class of each observation
   BestViews best_views;
+  PanopticId merged_into = PanopticId::kUnknown;  // of an object that is no more: the one that it turned out to be a part of
 };
 
 class ObjectRegistry {
@@ -41,7 +44,15 @@ class ObjectRegistry {
   // Offers a detection that was observed as one of the object's best views. REQUIRES an id that create returned.
   void show(PanopticId id, const ObjectView& view);
 
-  // The most probable class; ties go to the lower class id. kUnknown for an object without evidence.
+  // Object `from` is a part of `into`: its evidence goes there, and it is no object any more. REQUIRES two different objects.
+  void merge(PanopticId from, PanopticId into);
+  // What became of an object: the one that it was merged into, or itself.
+  PanopticId survivor(PanopticId id) const;
+
+  // The object cannot be of these classes (and of all others it can).
+  void rule_out(PanopticId id, std::set<ClassId> classes);
+
+  // The most probable class that is not ruled out; ties go to the lower class id. kUnknown for an object without evidence.
   ClassId class_of(PanopticId id) const;
   // p(z, l) of Eq. 12, sorted by class id.
   std::vector<ClassProbability> probabilities(PanopticId id) const;
@@ -60,7 +71,7 @@ class ObjectRegistry {
   std::optional<PanopticId> reuse();
 
   std::uint16_t first_thing_;
-  std::vector<Object> objects_;  // by id - first_thing_; a retired one has the id kUnknown and holds no evidence
+  std::vector<Object> objects_;  // by id - first_thing_; a retired or merged one has the id kUnknown and holds no evidence
   std::size_t retired_ = 0;
   std::size_t created_since_retirement_ = 0;
 };

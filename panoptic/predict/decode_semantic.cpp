@@ -95,6 +95,53 @@ std::vector<Between> neighbours(int pixels, int cells, double cells_per_px) {
   return result;
 }
 
+// The first network's scores, with room for the classes of all.
+ClassScores with_classes_of_all(const std::vector<ClassScores>& networks) {
+  const ClassScores& first = networks[0];
+  ClassScores all = {first.classes, first.width, first.height, first.cells_per_px_x, first.cells_per_px_y, {}};
+  for (const ClassScores& network : networks) {
+    for (const ClassId id : network.classes) {
+      if (std::find(all.classes.begin(), all.classes.end(), id) == all.classes.end()) all.classes.push_back(id);
+    }
+  }
+  const std::size_t from = first.classes.size();
+  const std::size_t to = all.classes.size();
+  const std::size_t cells = first.values.size() / from;
+  all.values.resize(cells * to, 0.0F);
+  for (std::size_t i = 0; i < cells; ++i) std::copy_n(&first.values[i * from], from, &all.values[i * to]);
+  return all;
+}
+
+// Adds what a coarser network says, between its cells, to each cell of the sum.
+void add(const ClassScores& network, ClassScores& sum) {
+  std::vector<std::size_t> position;
+  for (const ClassId id : network.classes) {
+    position.push_back(static_cast<std::size_t>(std::find(sum.classes.begin(), sum.classes.end(), id) - sum.classes.begin()));
+  }
+  // Along an axis: network = (sum + 0.5) * ratio - 0.5, as for pixels.
+  const std::vector<Between> columns = neighbours(sum.width, network.width, network.cells_per_px_x / sum.cells_per_px_x);
+  const std::vector<Between> rows = neighbours(sum.height, network.height, network.cells_per_px_y / sum.cells_per_px_y);
+  const std::size_t from = network.classes.size();
+  const std::size_t to = sum.classes.size();
+  const auto width = static_cast<std::size_t>(network.width);
+  parallel_for(rows.size(), [&](std::size_t v) {
+    const Between& y = rows[v];
+    float* out = &sum.values[v * columns.size() * to];
+    for (const Between& x : columns) {
+      const float* const upper[2] = {&network.values[(y.first * width + x.first) * from],
+                                     &network.values[(y.first * width + x.second) * from]};
+      const float* const lower[2] = {&network.values[(y.second * width + x.first) * from],
+                                     &network.values[(y.second * width + x.second) * from]};
+      for (std::size_t k = 0; k < from; ++k) {
+        const float above = upper[0][k] + (upper[1][k] - upper[0][k]) * x.share;
+        const float below = lower[0][k] + (lower[1][k] - lower[0][k]) * x.share;
+        out[position[k]] += above + (below - above) * y.share;
+      }
+      out += to;
+    }
+  });
+}
+
 std::vector<std::uint16_t> best_per_cell(const ClassScores& scores) {
   const std::size_t count = scores.classes.size();
   std::vector<std::uint16_t> best(scores.values.size() / count);
@@ -114,6 +161,18 @@ std::size_t best_between(const float* const (&cells)[4], const float (&shares)[4
 }
 
 }  // namespace
+
+ClassScores average(std::vector<ClassScores> networks, float unknown_share) {
+  const auto finest = std::max_element(networks.begin(), networks.end(), [](const ClassScores& a, const ClassScores& b) {
+    return a.width * a.height < b.width * b.height;
+  });
+  std::iter_swap(networks.begin(), finest);
+  ClassScores result = networks.size() == 1 ? std::move(networks[0]) : with_classes_of_all(networks);
+  const std::size_t count = result.classes.size();
+  for (std::size_t n = 1; n < networks.size(); ++n) add(networks[n], result);
+  for (std::size_t i = 0; i < result.values.size(); i += count) result.values[i] *= unknown_share;
+  return result;
+}
 
 ClassScores decode_semantic_logits(const std::vector<Tensor>& outputs, const DecodeContext& context) {
   check(outputs, context.model);

@@ -30,6 +30,10 @@ struct ClassScores {
   std::vector<float> values;  // row by row, the classes of one cell side by side
 };
 
+// The mean of what several networks say, on the finest of their grids; a class that a network lacks has probability 0 there. The
+// probability of kUnknown is multiplied with unknown_share. REQUIRES at least one.
+ClassScores average(std::vector<ClassScores> networks, float unknown_share);
+
 // The likeliest class per pixel after bilinear interpolation between the cells; ties go to the class listed first.
 Image<ClassId> most_likely(const ClassScores& scores, int image_width, int image_height);
 

@@ -23,6 +23,7 @@ constexpr const char* kFormat = "panoptic predictions";
 constexpr int kVersion = 1;
 constexpr int kMaxSide_px = 16384;
 constexpr int kMaxClassId = 999;
+constexpr double kMaxSize_m = 1000;
 constexpr std::size_t kMaxSegments = 65535;  // the PNG has 16 bits
 
 std::filesystem::path frame_file(const std::filesystem::path& folder, std::int64_t index, std::string_view extension) {
@@ -34,6 +35,8 @@ Json to_json(const LabelSet& labels) {
   for (const LabelClass& c : labels.classes()) {
     classes.push_back(
         {{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", {c.color.r, c.color.g, c.color.b}}});
+    if (c.max_size_m > 0) classes.back()["max_size_m"] = c.max_size_m;
+    if (c.is_support) classes.back()["is_support"] = true;
   }
   return {{"name", labels.name()}, {"classes", std::move(classes)}};
 }
@@ -49,6 +52,8 @@ LabelSet to_labels(const JsonValue& json, const std::string& file) {
     if (color.size() != 3) entry.at("color").wrong("[red, green, blue]");
     const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(color[i].integer(0, 255)); };
     c.color = {channel(0), channel(1), channel(2)};
+    if (const auto size = entry.find("max_size_m")) c.max_size_m = size->number(0, kMaxSize_m);
+    if (const auto support = entry.find("is_support")) c.is_support = support->boolean();
     classes.push_back(std::move(c));
   }
   try {
@@ -63,10 +68,12 @@ Json to_json(const Segment& segment, const LabelSet& labels) {
   for (const ClassProbability& p : segment.class_probabilities) {
     probabilities.push_back({{"class_id", number(p.class_id)}, {"probability", p.probability}});
   }
-  return {{"class_id", number(segment.class_id)},
-          {"class", labels.name_of(segment.class_id)},
-          {"score", segment.score},
-          {"class_probabilities", std::move(probabilities)}};
+  Json json = {{"class_id", number(segment.class_id)},
+               {"class", labels.name_of(segment.class_id)},
+               {"score", segment.score},
+               {"class_probabilities", std::move(probabilities)}};
+  if (segment.is_whole_class) json["is_whole_class"] = true;
+  return json;
 }
 
 ClassId to_class(const JsonValue& json, const LabelSet& labels) {
@@ -85,6 +92,7 @@ Segment to_segment(const JsonValue& json, const LabelSet& labels) {
     if (!all.empty() && p.class_id <= all.back().class_id) entry.at("class_id").wrong("above the one before it");
     all.push_back(p);
   }
+  if (const auto whole = json.find("is_whole_class")) segment.is_whole_class = whole->boolean();
   return segment;
 }
 

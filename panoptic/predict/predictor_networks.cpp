@@ -42,8 +42,8 @@ class Stage {
 using SemanticStage = Stage<SemanticDecoder>;
 using InstanceStage = Stage<InstanceDecoder>;
 
-SemanticStage load_semantic(const NetworkOptions& options, const LabelSet& labels) {
-  Model model = load_model(options.semantic);
+SemanticStage load_semantic(const std::string& description, const NetworkOptions& options, const LabelSet& labels) {
+  Model model = load_model(description);
   const SemanticDecoder decode = semantic_decoder(model);
   std::vector<ClassId> class_of = map_classes(model, labels);
   return {std::move(model), decode, std::move(class_of), options};
@@ -62,8 +62,9 @@ InstanceStage load_instance(const NetworkOptions& options, const LabelSet& label
 
 class NetworkPredictor final : public Predictor {
  public:
-  NetworkPredictor(const NetworkOptions& options, LabelSet labels) : labels_(std::move(labels)) {
-    if (!options.semantic.empty()) semantic_.emplace(load_semantic(options, labels_));
+  NetworkPredictor(const NetworkOptions& options, LabelSet labels)
+      : labels_(std::move(labels)), unknown_share_(options.unknown_share), segmentation_(options.segmentation) {
+    for (const std::string& description : options.semantic) semantic_.push_back(load_semantic(description, options, labels_));
     if (!options.instance.empty()) instance_.emplace(load_instance(options, labels_));
   }
 
@@ -74,14 +75,18 @@ class NetworkPredictor final : public Predictor {
     const Image<Rgb>& color = frame.color;
     if (color.empty()) return {};
     Image<ClassId> semantic(color.width(), color.height());
-    if (semantic_) semantic = most_likely(semantic_->run(color), color.width(), color.height());
+    std::vector<ClassScores> scores;
+    for (const SemanticStage& network : semantic_) scores.push_back(network.run(color));
+    if (!scores.empty()) semantic = most_likely(average(std::move(scores), unknown_share_), color.width(), color.height());
     const std::vector<Instance> instances = instance_ ? instance_->run(color) : std::vector<Instance>();
-    return fuse(semantic, instances, labels_);
+    return fuse(semantic, instances, labels_, segmentation_);
   }
 
  private:
   LabelSet labels_;
-  std::optional<SemanticStage> semantic_;
+  float unknown_share_;
+  SegmentationOptions segmentation_;
+  std::vector<SemanticStage> semantic_;
   std::optional<InstanceStage> instance_;
 };
 
@@ -89,12 +94,18 @@ class NetworkPredictor final : public Predictor {
 
 Fields fields(NetworkOptions& options) {
   constexpr int kMaxThreads = 1024;
-  return {{"semantic", &options.semantic, "model description of the semantic network", {}},
-          {"instance", &options.instance, "model description of the instance network", {}},
-          {"engine", &options.engine, "inference engine", one_of({"auto", "onnxruntime", "opencv"})},
-          {"threads", &options.threads, "threads of inference; 0 = as many as everything else", in_range(0, kMaxThreads)},
-          {"score_threshold", &options.score_threshold, "instances below are dropped, whatever the model description says",
-           in_range(0, 1)}};
+  Fields all = {
+      {"semantic", &options.semantic, "model descriptions of the semantic networks; their class probabilities are averaged", {}},
+      {"instance", &options.instance, "model description of the instance network", {}},
+      {"engine", &options.engine, "inference engine", one_of({"auto", "onnxruntime", "opencv"})},
+      {"threads", &options.threads, "threads of inference; 0 = as many as everything else", in_range(0, kMaxThreads)},
+      {"score_threshold", &options.score_threshold, "instances below are dropped, whatever the model description says",
+       in_range(0, 1)},
+      {"unknown_share", &options.unknown_share,
+       "what counts of the probability of network classes that the label set lacks, when a pixel's class is chosen",
+       in_range(0, 1)}};
+  for (Field& field : fields(options.segmentation)) all.push_back(std::move(field));
+  return all;
 }
 
 std::unique_ptr<Predictor> make_network_predictor(const NetworkOptions& options, LabelSet labels) {

@@ -1,25 +1,29 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The predictor of the paper: a semantic and an instance network, joined by Eq. 1.
+// The predictor of the paper: semantic networks (one or several) and an instance network, joined by Eq. 1.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "panoptic/base/config.h"
 #include "panoptic/data/labels.h"
+#include "panoptic/data/segmentation.h"
 #include "panoptic/predict/predictor.h"
 
 namespace panoptic {
 
 struct NetworkOptions {
-  std::string semantic;                   // model description (TOML); empty = no stuff
+  std::vector<std::string> semantic;      // model descriptions (TOML), their class probabilities are averaged; empty = no stuff
   std::string instance;                   // model description (TOML); empty = no things
   std::string engine = "auto";            // or "onnxruntime", "opencv"
   int threads = 0;                        // of inference; 0 = as many as everything else
   std::optional<double> score_threshold;  // instead of the one in the instance network's description
+  float unknown_share = 0.7F;             // of the probability that no class of the label set stands for
+  SegmentationOptions segmentation;
 };
 
 Fields fields(NetworkOptions& options);

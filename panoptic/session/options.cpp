@@ -2,6 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/session/options.h"
 
+#include <fmt/format.h>
+
+#include "panoptic/base/error.h"
+#include "panoptic/session/builtin_presets.h"
+
 namespace panoptic {
 
 Fields fields(Options& o) {
@@ -12,10 +17,22 @@ Fields fields(Options& o) {
   append_group(all, "map", fields(o.map));
   append_group(all, "tracker", fields(o.tracker));
   append_group(all, "integrator", fields(o.integrator));
+  append_group(all, "objects", fields(o.objects));
   append_group(all, "regularizer", fields(o.regularizer));
   append_group(all, "mesher", fields(o.mesher));
   return all;
 }
+
+Options preset_options(const std::string& name) {
+  Options options;
+  if (name == kDefaultPreset) return options;
+  const auto text = builtin_preset(name);
+  if (!text) throw Error(fmt::format("there is no preset '{}': use {} or {}", name, kDefaultPreset, builtin_preset_names()));
+  read_toml_text(*text, fmt::format("preset {}", name), fields(options));
+  return options;
+}
+
+std::string preset_names() { return builtin_preset_names(); }
 
 Options load_options(const std::filesystem::path& path) {
   Options options;

@@ -11,6 +11,7 @@
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/label_tracker.h"
 #include "panoptic/fusion/mesher.h"
+#include "panoptic/fusion/object_maintenance.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/fusion/regularizer.h"
 #include "panoptic/map/voxel_map.h"
@@ -26,10 +27,18 @@ struct Options {
   MapOptions map;
   TrackerOptions tracker;
   IntegratorOptions integrator;
+  MaintenanceOptions objects;
   RegularizerOptions regularizer;
   MesherOptions mesher;
 };
 Fields fields(Options& options);
+
+inline constexpr const char* kDefaultPreset = "default";
+
+// The defaults with what the preset changes: kDefaultPreset changes nothing, "paper" follows the paper to the letter; the files
+// in configs/presets. Throws Error naming the presets there are.
+Options preset_options(const std::string& name);
+std::string preset_names();  // those beside the default
 
 // The defaults with what the TOML file changes. Throws Error.
 Options load_options(const std::filesystem::path& path);

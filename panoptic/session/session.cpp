@@ -22,7 +22,9 @@ Session::Session(const Options& options, LabelSet labels)
       objects_(labels_.first_thing()),
       registration_(options.depth),
       tracker_(options.tracker, labels_),
-      integrator_(options.integrator, map_),
+      integrator_(options.integrator, map_, labels_.first_thing()),
+      maintain_every_(static_cast<std::uint64_t>(options.objects.every_frames)),
+      maintenance_(options.objects, labels_),
       regularizes_(options.regularizer.enabled),
       regularize_every_(static_cast<std::uint64_t>(options.regularizer.every_frames)),
       regularizer_(options.regularizer, map_),
@@ -72,8 +74,23 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
 
   up_sum_ -= frame.world_from_camera.linear().col(1);
   frames_.count_used();
+  note_together();
+  if (frames_.used() % maintain_every_ == 0) {
+    const Stopwatch maintaining;
+    maintenance_.run(map_, objects_, up());
+    profile_.add("maintain", maintaining.seconds());
+  }
   if (frames_.used() % regularize_every_ == 0) regularize();
   return std::nullopt;
+}
+
+void Session::note_together() {
+  std::vector<PanopticId> seen;
+  for (std::size_t s = 0; s < tracker_.segment_ids().size(); ++s) {
+    const PanopticId id = tracker_.segment_ids()[s];
+    if (objects_.find(id) != nullptr && tracker_.segment_areas_px()[s] > 0) seen.push_back(id);
+  }
+  maintenance_.saw_together(seen);
 }
 
 void Session::regularize() {
@@ -81,6 +98,14 @@ void Session::regularize() {
   const Stopwatch stopwatch;
   if (regularizer_.run(map_) > 0) objects_.retire_unused(ids_in_use(map_));
   profile_.add("regularize", stopwatch.seconds());
+}
+
+void Session::finish() {
+  const Stopwatch maintaining;
+  maintenance_.finish(map_, objects_, up(), frames_.used());
+  profile_.add("maintain", maintaining.seconds());
+  regularize();
+  objects_.retire_unused(ids_in_use(map_));
 }
 
 Mesh Session::mesh() {

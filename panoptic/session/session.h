@@ -40,8 +40,11 @@ class Session {
   void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
 
   // Regularizes the labels of what changed since the last time (nothing if regularizer.enabled is false), and forgets objects
-  // that lost their last voxel. Call it after the last frame.
+  // that lost their last voxel.
   void regularize();
+
+  // After the last frame: object maintenance that must wait until then, and the last regularization.
+  void finish();
 
   // The surface as it is now; only blocks that changed since the last call are extracted anew.
   Mesh mesh();
@@ -50,19 +53,24 @@ class Session {
   const ObjectRegistry& objects() const { return objects_; }
   const LabelSet& labels() const { return labels_; }
   const FrameLog& frames() const { return frames_; }
-  // Stages "register", "reference", "track", "integrate", their sum "fusion", "regularize" and "mesh"; callers add their own.
+  // Stages "register", "reference", "track", "integrate", their sum "fusion", "maintain", "regularize" and "mesh"; callers add
+  // their own.
   Profile& profile() { return profile_; }
   const Profile& profile() const { return profile_; }
   // Upwards in the world, as the cameras were mostly held: the mean of their -y axes. Unit length.
   Vec3d up() const;
 
  private:
+  void note_together();
+
   LabelSet labels_;
   VoxelMap map_;
   ObjectRegistry objects_;
   Registration registration_;
   LabelTracker tracker_;
   Integrator integrator_;
+  std::uint64_t maintain_every_;
+  ObjectMaintenance maintenance_;
   bool regularizes_;
   std::uint64_t regularize_every_;
   Regularizer regularizer_;

@@ -136,11 +136,14 @@ PredictionNoise prediction_noise_preset(const std::string& name) {
       fmt::format("there is no prediction noise '{}'; choose one of {}", name, fmt::join(prediction_noise_presets(), ", ")));
 }
 
+// The presets' quality is that of networks whose outputs are joined so.
+constexpr SegmentationOptions kAsInThePaper{.keep_whole_classes = false, .smaller_in_front = false};
+
 Segmentation predict_with_noise(const PredictionNoise& noise, std::uint64_t seed, const SimulatedFrame& frame,
                                 const LabelSet& labels) {
   const Observation observation{noise, seed, frame, labels};
   const DisplacementField field(seed, frame.frame.index, frame.rendering.depth.width(), frame.rendering.depth.height());
-  Segmentation segmentation = fuse(noisy_semantic(observation, field), noisy_things(observation, field), labels);
+  Segmentation segmentation = fuse(noisy_semantic(observation, field), noisy_things(observation, field), labels, kAsInThePaper);
   shuffle_segments(Random(seed, kShufflePurpose, static_cast<std::uint64_t>(frame.frame.index)), segmentation);
   return segmentation;
 }

@@ -35,6 +35,7 @@ class SubstituteSessionTest : public testing::Test {
   static Options without_regularizer() {
     Options options;
     options.regularizer.enabled = false;
+    options.objects.enabled = false;
     return options;
   }
 

@@ -65,7 +65,7 @@ TEST(LabelSet, ObjectIdsStartAboveTheHighestClass) {
   const LabelSet labels = small_set();
   EXPECT_EQ(labels.first_thing(), 8);
   EXPECT_FALSE(labels.is_object(PanopticId::kUnknown));
-  EXPECT_FALSE(labels.is_object(LabelSet::stuff(id(7))));
+  EXPECT_FALSE(labels.is_object(LabelSet::of_class(id(7))));
   EXPECT_TRUE(labels.is_object(static_cast<PanopticId>(8)));
   EXPECT_EQ(LabelSet().first_thing(), 1);
 }
@@ -216,7 +216,7 @@ TEST(ColorOf, NeighbouringObjectsHaveDistinctColours) {
 
 TEST(ColorOf, StuffHasItsClassColourAndUnknownIsGrey) {
   const LabelSet labels = small_set();
-  EXPECT_EQ(color_of(LabelSet::stuff(id(2)), labels), (Rgb{7, 8, 9}));
+  EXPECT_EQ(color_of(LabelSet::of_class(id(2)), labels), (Rgb{7, 8, 9}));
   const Rgb grey = color_of(PanopticId::kUnknown, labels);
   EXPECT_TRUE(grey.r == grey.g && grey.g == grey.b);
   EXPECT_EQ(color_of(static_cast<PanopticId>(5), labels), grey) << "a stuff number without a class";

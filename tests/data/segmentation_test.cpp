@@ -43,9 +43,11 @@ int instance_at(const std::vector<Instance>& instances, const LabelSet& set, int
   return front;
 }
 
+constexpr SegmentationOptions kAsInThePaper{.keep_whole_classes = false, .smaller_in_front = false};
+
 // Eq. 1 as the paper writes it, one pixel at a time, against what fuse says about that pixel.
 void expect_equation_1(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& set) {
-  const Segmentation fused = fuse(semantic, instances, set);
+  const Segmentation fused = fuse(semantic, instances, set, kAsInThePaper);
   ASSERT_EQ(why_unusable(fused, semantic.width(), semantic.height()), nullptr);
   std::vector<int> owner(fused.segments.size(), -1);
   for (int v = 0; v < semantic.height(); ++v) {
@@ -113,8 +115,24 @@ TEST(Fuse, OrdersThingsByScoreThenStuff) {
   EXPECT_TRUE(labels().is_stuff(fused.segments[3].class_id));
 }
 
-TEST(Fuse, ASemanticThingWithoutAnInstanceIsUnknown) {
-  const Segmentation fused = fuse(Image<ClassId>(3, 2, kChair), {}, labels());
+TEST(Fuse, PutsTheSmallerMaskInFrontWhateverTheScores) {
+  const std::vector<Instance> instances = {box(kTable, 0.9F, {0, 0, 4, 1}), box(kChair, 0.2F, {1, 0, 2, 1})};
+  const Segmentation fused = fuse(Image<ClassId>(4, 1), instances, labels());
+  EXPECT_EQ(fused.segment_at, (Image<std::uint16_t>(4, 1, {2, 1, 1, 2})));
+  EXPECT_EQ(fused.segments[0].class_id, kChair);
+  EXPECT_EQ(fuse(Image<ClassId>(4, 1), instances, labels(), kAsInThePaper).segments.size(), 1U);
+}
+
+TEST(Fuse, ASemanticThingWithoutAnInstanceKeepsItsClassAlone) {
+  const Segmentation fused = fuse(Image<ClassId>(3, 2, kChair), {box(kTable, 1, {0, 0, 1, 1})}, labels());
+  ASSERT_EQ(fused.segments.size(), 2U);
+  EXPECT_EQ(fused.segment_at, (Image<std::uint16_t>(3, 2, {1, 2, 2, 2, 2, 2})));
+  EXPECT_EQ(fused.segments[1], (Segment{kChair, 1.0F, {}, true}));
+  EXPECT_FALSE(fused.segments[0].is_whole_class);
+}
+
+TEST(Fuse, ASemanticThingWithoutAnInstanceIsUnknownInThePaper) {
+  const Segmentation fused = fuse(Image<ClassId>(3, 2, kChair), {}, labels(), kAsInThePaper);
   EXPECT_EQ(fused.segment_at, Image<std::uint16_t>(3, 2));
   EXPECT_TRUE(fused.segments.empty());
 }
@@ -122,7 +140,7 @@ TEST(Fuse, ASemanticThingWithoutAnInstanceIsUnknown) {
 TEST(Fuse, DropsInstancesThatKeepNoPixel) {
   const std::vector<Instance> instances = {box(kChair, 0.9F, {0, 0, 3, 3}), box(kTable, 0.5F, {1, 1, 1, 1}),
                                            box(kChair, 0.4F, {9, 9, 2, 2}), box(kChair, 0.3F, {0, 0, 0, 0})};
-  const Segmentation fused = fuse(Image<ClassId>(3, 3), instances, labels());
+  const Segmentation fused = fuse(Image<ClassId>(3, 3), instances, labels(), kAsInThePaper);
   ASSERT_EQ(fused.segments.size(), 1U);
   EXPECT_EQ(fused.segments[0], instances[0].segment);
 }

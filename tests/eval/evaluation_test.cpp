@@ -62,7 +62,7 @@ LabelledMap map_of(const ScanTruth& truth, const Vec3f& offset_m) {
     const bool is_wall = truth.class_id[v] == kWall;
     vertex.class_id = map.labels.find(is_wall ? "wall" : "chair")->id;
     vertex.panoptic_id =
-        is_wall ? LabelSet::stuff(vertex.class_id) : static_cast<PanopticId>(map.labels.first_thing() + truth.instance[v]);
+        is_wall ? LabelSet::of_class(vertex.class_id) : static_cast<PanopticId>(map.labels.first_thing() + truth.instance[v]);
     map.mesh.vertices.push_back(vertex);
   }
   map.mesh.triangles = truth.triangles;
@@ -206,7 +206,7 @@ TEST(MapClasses, MakeNoMaskOfARegionWithoutIdentity) {
   map.labels = load_label_set("home");
   for (MeshVertex& vertex : map.mesh.vertices) {
     vertex.class_id = map.labels.find("cabinet")->id;
-    vertex.panoptic_id = LabelSet::stuff(vertex.class_id);
+    vertex.panoptic_id = LabelSet::of_class(vertex.class_id);
   }
   const LabelledVertices carried = carry_labels(map, truth.positions);
   EXPECT_EQ(carried.labels.class_id[5], ClassId{3});

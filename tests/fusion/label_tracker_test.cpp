@@ -72,7 +72,7 @@ std::vector<PanopticId> naive_tracking(const RegisteredFrame& frame, const std::
     if (value == RegisteredFrame::kNoSegment) {
       id = PanopticId::kNoVote;
     } else if (value > 0 && labels.is_stuff(segments[value - 1U].class_id)) {
-      id = LabelSet::stuff(segments[value - 1U].class_id);
+      id = LabelSet::of_class(segments[value - 1U].class_id);
     } else if (value > 0) {
       id = assigned.at(value - 1U);
     }
@@ -106,9 +106,34 @@ TEST(LabelTracker, EqualsTheNaiveReferenceOnRandomFrames) {
     }
     const RegisteredFrame frame = registered_with(segment);
     const auto expected = naive_tracking(frame, segments, reference, labels, static_cast<std::uint16_t>(4 + known));
-    LabelTracker tracker({}, labels);
+    LabelTracker tracker({.trust_map = false}, labels);
     ASSERT_EQ(tracker.assign(frame, segments, reference, 5, objects), expected) << "trial " << trial;
   }
+}
+
+TEST(LabelTracker, WhatSaysLessThanTheMapConfirmsTheMap) {
+  const LabelSet labels = test::test_labels();
+  ObjectRegistry objects(labels.first_thing());
+  const PanopticId unnamed = *objects.create();
+  const PanopticId named = *objects.create();
+  objects.observe(named, chair(), 1);
+  Segment chairs = chair();
+  chairs.is_whole_class = true;
+  // Three rows of segments (unknown, whole class, wall) over three columns of what the map knows.
+  std::vector<std::uint16_t> segment(kWidth * kHeight, RegisteredFrame::kNoSegment);
+  std::vector<PanopticId> reference(kWidth * kHeight, PanopticId::kUnknown);
+  for (std::size_t i = 0; i < 9; ++i) {
+    segment[i] = static_cast<std::uint16_t>(i / 3);
+    reference[i] = i % 3 == 0 ? PanopticId::kUnknown : i % 3 == 1 ? unnamed : named;
+  }
+  LabelTracker tracker({}, labels);
+  const auto& ids = tracker.assign(registered_with(segment), std::vector<Segment>{chairs, wall()}, reference, 2, objects);
+  const PanopticId any_chair = LabelSet::of_class(chairs.class_id);
+  const PanopticId of_wall = LabelSet::of_class(wall().class_id);
+  const std::vector<PanopticId> expected = {
+      PanopticId::kUnknown, unnamed, PanopticId::kUnknown, any_chair, any_chair, named, of_wall, of_wall, of_wall};
+  EXPECT_EQ(std::vector<PanopticId>(ids.begin(), ids.begin() + 9), expected);
+  EXPECT_EQ(ids[9], PanopticId::kNoVote);
 }
 
 TEST(LabelTracker, NoObjectIsTakenTwice) {

@@ -42,7 +42,8 @@ weights = "colors.onnx"
 classes = ["red", "ball", "sky"]
 )" + extra + "[input]\nwidth = 8\nheight = 4\n");
   NetworkOptions options;
-  options.semantic = (folder / "colors.toml").string();
+  options.semantic = {(folder / "colors.toml").string()};
+  options.unknown_share = 1;
   return options;
 }
 
@@ -52,9 +53,10 @@ Frame frame_of(Image<Rgb> color) {
   return frame;
 }
 
-TEST(NetworkPredictor, KeepsStuffAndLeavesThingsWithoutInstanceUnknown) {
+TEST(NetworkPredictor, KeepsStuffAndLeavesThingsWithoutInstanceUnknownAsInThePaper) {
   for (const Engine engine : built_in_engines()) {
     NetworkOptions options = color_network();
+    options.segmentation.keep_whole_classes = false;
     options.engine = name_of(engine);
     const auto predictor = make_network_predictor(options, color_labels());
     Image<Rgb> color(8, 4, Rgb{255, 0, 0});
@@ -69,39 +71,52 @@ TEST(NetworkPredictor, KeepsStuffAndLeavesThingsWithoutInstanceUnknown) {
   }
 }
 
+TEST(NetworkPredictor, AveragesSemanticNetworks) {
+  NetworkOptions options = color_network();
+  options.semantic.push_back(options.semantic[0]);
+  Image<Rgb> color(8, 4, Rgb{255, 0, 0});
+  color(1, 1) = {0, 255, 0};
+  const Segmentation one = make_network_predictor(color_network(), color_labels())->predict(frame_of(color));
+  EXPECT_EQ(make_network_predictor(options, color_labels())->predict(frame_of(color)), one);
+  ASSERT_EQ(one.segments.size(), 2U);
+  EXPECT_TRUE(one.segments[1].is_whole_class);
+}
+
 TEST(NetworkPredictor, GivesNothingForAFrameWithoutColor) {
   EXPECT_EQ(make_network_predictor(color_network(), color_labels())->predict(Frame()), Segmentation());
 }
 
 TEST(NetworkPredictor, RefusesWhatCannotWorkBeforeTheFirstFrame) {
   EXPECT_THAT(error_of([] { make_network_predictor({}, color_labels()); }), HasSubstr("--semantic"));
-  EXPECT_THAT(error_of([] { make_network_predictor({.semantic = "/nowhere/x.toml"}, color_labels()); }),
+  EXPECT_THAT(error_of([] { make_network_predictor({.semantic = {"/nowhere/x.toml"}}, color_labels()); }),
               HasSubstr("/nowhere/x.toml"));
 
   NetworkOptions as_instance = color_network();
-  std::swap(as_instance.semantic, as_instance.instance);
+  as_instance.instance = as_instance.semantic[0];
+  as_instance.semantic.clear();
   EXPECT_THAT(error_of([&] { make_network_predictor(as_instance, color_labels()); }), HasSubstr("task is 'semantic'"));
 
   NetworkOptions wrong_size = color_network();
-  const std::string text = read_file(wrong_size.semantic);
-  write_file(wrong_size.semantic, text.substr(0, text.find("[input]")) + "[input]\nwidth = 12\nheight = 4\n");
+  const std::string text = read_file(wrong_size.semantic[0]);
+  write_file(wrong_size.semantic[0], text.substr(0, text.find("[input]")) + "[input]\nwidth = 12\nheight = 4\n");
   wrong_size.engine = name_of(built_in_engines().front());
   if (built_in_engines().size() > 1) {
     EXPECT_THAT(error_of([&] { make_network_predictor(wrong_size, color_labels()); }), HasSubstr("[input]"));
   }
 
   const NetworkOptions no_weights = color_network();
-  std::filesystem::remove(std::filesystem::path(no_weights.semantic).parent_path() / "colors.onnx");
+  std::filesystem::remove(std::filesystem::path(no_weights.semantic[0]).parent_path() / "colors.onnx");
   EXPECT_THAT(error_of([&] { make_network_predictor(no_weights, color_labels()); }), HasSubstr("$PANOPTIC_MODELS"));
 }
 
 TEST(NetworkPredictor, RefusesADecoderThatDoesNotReadTheOutputs) {
   NetworkOptions options = color_network();
-  std::string text = read_file(options.semantic);
+  std::string text = read_file(options.semantic[0]);
   text.replace(text.find("\"semantic\""), 10, "\"instance\"");
   text.replace(text.find("semantic_logits"), 15, "yolo_seg");
-  write_file(options.semantic, text);
-  std::swap(options.semantic, options.instance);
+  write_file(options.semantic[0], text);
+  options.instance = options.semantic[0];
+  options.semantic.clear();
   EXPECT_THAT(error_of([&] { make_network_predictor(options, color_labels()); }),
               testing::AllOf(HasSubstr("yolo_seg"), HasSubstr("1 outputs"), HasSubstr("colors.toml")));
 }
@@ -150,7 +165,7 @@ TEST(NetworkPredictor, SeesTheKitchen) {
   PANOPTIC_REQUIRE_SHARED("models");
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
   const auto predictor = make_network_predictor(
-      {.semantic = shipped("enet_scannet_nyu40"), .instance = shipped("yolov8n_seg_coco")}, load_label_set("indoor"));
+      {.semantic = {shipped("enet_scannet_nyu40")}, .instance = shipped("yolov8n_seg_coco")}, load_label_set("indoor"));
   const auto pixels = pixels_per_class(*predictor, test::shared_folder() / "data/kitchen/frame-000000.color.jpg", "kitchen");
   EXPECT_GT(pixels.at("table"), 50000);
   EXPECT_GT(pixels.at("chair"), 10000);
@@ -162,7 +177,7 @@ TEST(NetworkPredictor, SeesTheOffice) {
   PANOPTIC_REQUIRE_SHARED("models");
   PANOPTIC_REQUIRE_SHARED("data/hololens");
   const auto predictor = make_network_predictor(
-      {.semantic = shipped("deeplabv3_mnv2_ade20k32"), .instance = shipped("yolov8n_seg_coco")}, load_label_set("home"));
+      {.semantic = {shipped("deeplabv3_mnv2_ade20k32")}, .instance = shipped("yolov8n_seg_coco")}, load_label_set("home"));
   const auto pixels = pixels_per_class(*predictor, test::shared_folder() / "data/hololens/images/00102.png", "office");
   EXPECT_GT(pixels.at("plant"), 20000);
   EXPECT_GT(pixels.at("table"), 30000);

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which objects lie against each other, and how much of the smaller one does.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "panoptic/fusion/surface_voxels.h"
+
+namespace panoptic {
+
+struct Contact {
+  PanopticId smaller = PanopticId::kUnknown;
+  PanopticId larger = PanopticId::kUnknown;
+  double share = 0;  // of the smaller one's surface voxels that are near the larger one
+};
+
+// All contacts between the objects of `ids` (keys of `voxels`), the highest share first. Near: at most `reach` voxels apart.
+std::vector<Contact> contacts_between(std::span<const PanopticId> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
+                                      int reach);
+
+}  // namespace panoptic

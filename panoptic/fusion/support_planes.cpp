@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/fusion/support_planes.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace panoptic {
+namespace {
+
+constexpr double kCell_m = 0.05;
+constexpr double kHighest_m = 0.6;
+
+}  // namespace
+
+Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& p) {
+  const int v = p.voxel;
+  const int c[3] = {v % kBlockSide, v / kBlockSide % kBlockSide, v / (kBlockSide * kBlockSide)};
+  const int step[3] = {1, kBlockSide, kBlockSide * kBlockSide};
+  const VoxelBlock& block = map.block(p.slot);
+  Vec3d n = Vec3d::Zero();
+  for (int a = 0; a < 3; ++a) {
+    const auto before = static_cast<std::size_t>(c[a] == 0 ? v : v - step[a]);
+    const auto after = static_cast<std::size_t>(c[a] == kBlockSide - 1 ? v : v + step[a]);
+    if (block.weight[before] <= 0 || block.weight[after] <= 0) return Vec3d::Zero();
+    n[a] = (double{block.distance[after]} - block.distance[before]) /
+           static_cast<double>((after - before) / static_cast<std::size_t>(step[a]));
+  }
+  const double length = n.norm();
+  return length > 0 ? Vec3d(n / length) : n;
+}
+
+namespace {
+
+std::uint64_t cell_key(double east, double north) {
+  const auto bits = [](double m) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<int>(std::floor(m / kCell_m))));
+  };
+  return bits(east) << 32 | bits(north);
+}
+
+}  // namespace
+
+Vec3d place_m(const SurfaceVoxel& p, double voxel_m) {
+  return (Vec3d(p.at[0], p.at[1], p.at[2]) + Vec3d::Constant(0.5)) * voxel_m;
+}
+
+Vec3d vertical(const VoxelMap& map, const SurfaceVoxels& surface, const Vec3d& up) {
+  constexpr double kCosines[] = {0.7, 0.85, 0.95, 0.985, 0.985};
+  Vec3d direction = up;
+  for (const double cosine : kCosines) {
+    Vec3d sum = Vec3d::Zero();
+    for (std::uint32_t i = 0; i < surface.size(); i += 5) {
+      const Vec3d n = normal_of(map, surface[i]);
+      if (n.dot(direction) > cosine) sum += n;
+    }
+    if (sum.norm() > 0) direction = sum.normalized();
+  }
+  return direction;
+}
+
+double SupportTop::height_above(const Vec3d& p) const {
+  return p.dot(up) - (height_m + slope_east * p.dot(east) + slope_north * p.dot(north));
+}
+
+bool SupportTop::below(const Vec3d& p) const { return cells.contains(cell_key(p.dot(east), p.dot(north))); }
+
+std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surface, std::span<const std::uint32_t> points,
+                                  const Vec3d& up) {
+  constexpr double kBin_m = 0.01;
+  constexpr double kNearlyUp = 0.94;  // cosine of 20 degrees
+  constexpr double kInlier_m = 0.025;
+  constexpr std::size_t kFewest = 150;
+  const double voxel_m = map.voxel_size_m();
+  std::map<int, int> bins;
+  std::vector<Vec3d> level;
+  for (const std::uint32_t i : points) {
+    if (normal_of(map, surface[i]).dot(up) < kNearlyUp) continue;
+    level.push_back(place_m(surface[i], voxel_m));
+    // The voxel's distance leads from its centre to the surface.
+    level.back() -= up * double{map.block(surface[i].slot).distance[surface[i].voxel]};
+    ++bins[static_cast<int>(std::floor(level.back().dot(up) / kBin_m))];
+  }
+  if (level.size() < kFewest) return std::nullopt;
+  int peak = 0;
+  int most = 0;
+  for (const auto& [bin, count] : bins) {
+    int sum = 0;
+    for (int b = bin - 1; b <= bin + 1; ++b) {
+      if (const auto found = bins.find(b); found != bins.end()) sum += found->second;
+    }
+    if (sum > most) {
+      most = sum;
+      peak = bin;
+    }
+  }
+  SupportTop top;
+  top.up = up;
+  top.east = up.unitOrthogonal();
+  top.north = up.cross(top.east);
+  top.height_m = (peak + 0.5) * kBin_m;
+  for (int round = 0; round < 3; ++round) {
+    Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (const Vec3d& p : level) {
+      if (std::abs(top.height_above(p)) > kInlier_m) continue;
+      const Eigen::Vector3d row(1, p.dot(top.east), p.dot(top.north));
+      a += row * row.transpose();
+      b += row * p.dot(up);
+    }
+    if (a(0, 0) < kFewest) return std::nullopt;
+    const Eigen::Vector3d x = a.ldlt().solve(b);
+    top.height_m = x[0];
+    top.slope_east = x[1];
+    top.slope_north = x[2];
+  }
+  for (const Vec3d& p : level) {
+    if (std::abs(top.height_above(p)) > kInlier_m) continue;
+    for (int n = 0; n < 9; ++n) {
+      top.cells.insert(cell_key(p.dot(top.east) + (n % 3 - 1) * 2 * kCell_m, p.dot(top.north) + (n / 3 - 1) * 2 * kCell_m));
+      top.cells.insert(cell_key(p.dot(top.east) + (n % 3 - 1) * kCell_m, p.dot(top.north) + (n / 3 - 1) * kCell_m));
+    }
+  }
+  return top;
+}
+
+bool stands_on(const SupportTop& top, const Vec3d& p, double height_m, bool within_footprint) {
+  const double height = top.height_above(p);
+  return height > height_m && height < kHighest_m && (!within_footprint || top.below(p));
+}
+
+}  // namespace panoptic

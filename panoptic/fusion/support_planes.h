@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which way is up, where the tops of tables are, and what stands on them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_set>
+#include <vector>
+
+#include "panoptic/base/geometry.h"
+#include "panoptic/fusion/surface_voxels.h"
+
+namespace panoptic {
+
+// The direction of most surface normals around `up` (unit vectors in the world): rooms are full of horizontal surfaces.
+Vec3d vertical(const VoxelMap& map, const SurfaceVoxels& surface, const Vec3d& up);
+
+// A horizontal plane and where it was seen. Heights in metres along up.
+struct SupportTop {
+  Vec3d up;
+  Vec3d east;
+  Vec3d north;
+  double height_m = 0;  // at the origin of east and north
+  double slope_east = 0;
+  double slope_north = 0;
+  std::unordered_set<std::uint64_t> cells;  // of the footprint
+
+  double height_above(const Vec3d& p) const;
+  bool below(const Vec3d& p) const;  // is the top under this place?
+};
+
+// The top of a table from its points; nothing if they hold no horizontal plane.
+std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surface, std::span<const std::uint32_t> points,
+                                  const Vec3d& up);
+
+// The points that stand out of a top by this and by less than the height of things on tables. Where `within_footprint` says so,
+// only over what was seen of it.
+bool stands_on(const SupportTop& top, const Vec3d& p, double height_m, bool within_footprint);
+
+// Outward, from the distances of the neighbours within the block; zero where they were not observed.
+Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& voxel);
+Vec3d place_m(const SurfaceVoxel& voxel, double voxel_size_m);
+
+}  // namespace panoptic
