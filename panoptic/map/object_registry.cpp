@@ -70,9 +70,21 @@ void ObjectRegistry::merge(PanopticId from, PanopticId into) {
   for (const auto& [class_id, evidence] : part.evidence) whole.evidence[class_id] += evidence;
   whole.votes.merge(part.votes);
   whole.best_views.merge(part.best_views);
+  whole.parts.insert(whole.parts.end(), part.parts.begin(), part.parts.end());
+  whole.parts.push_back(from);
   part = Object{};
   part.merged_into = into;
   retired_++;
+}
+
+std::vector<std::pair<PanopticId, PanopticId>> ObjectRegistry::merged() const {
+  std::vector<std::pair<PanopticId, PanopticId>> result;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (objects_[i].merged_into == PanopticId::kUnknown) continue;
+    const auto id = static_cast<PanopticId>(first_thing_ + i);
+    result.emplace_back(id, survivor(id));
+  }
+  return result;
 }
 
 PanopticId ObjectRegistry::survivor(PanopticId id) const {

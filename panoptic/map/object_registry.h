@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "panoptic/data/labels.h"
@@ -28,6 +29,7 @@ struct Object {
   std::set<ClassId> ruled_out;         // classes that it cannot be, whatever the evidence
   VoteHistory votes;                   // the class of each observation
   BestViews best_views;
+  std::vector<PanopticId> parts;  // objects that turned out to be parts of it, in that order
   PanopticId merged_into = PanopticId::kUnknown;  // of an object that is no more: the one that it turned out to be a part of
 };
 
@@ -46,6 +48,8 @@ class ObjectRegistry {
 
   // Object `from` is a part of `into`: its evidence goes there, and it is no object any more. REQUIRES two different objects.
   void merge(PanopticId from, PanopticId into);
+  // Every object that was merged away, with its survivor; ascending.
+  std::vector<std::pair<PanopticId, PanopticId>> merged() const;
   // What became of an object: the one that it was merged into, or itself.
   PanopticId survivor(PanopticId id) const;
 

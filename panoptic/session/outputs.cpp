@@ -102,6 +102,21 @@ Json to_json(const BestViews& best, const LabelSet& labels) {
   return views;
 }
 
+// What object maintenance did to it, in words.
+Json history_json(const Object& object, ClassId class_id, const LabelSet& labels) {
+  Json history = Json::array();
+  if (object.observations == 0) history.push_back("found by its shape: no mask ever told it apart");
+  for (const PanopticId part : object.parts) history.push_back(fmt::format("joined with object {}, a part of it", number(part)));
+  const auto own = object.evidence.find(class_id);
+  const double least = own == object.evidence.end() ? 0 : own->second;
+  for (const ClassId ruled_out : object.ruled_out) {
+    const auto found = object.evidence.find(ruled_out);
+    if (found == object.evidence.end() || found->second <= least) continue;
+    history.push_back(fmt::format("too large to be a {}", labels.name_of(ruled_out)));
+  }
+  return history;
+}
+
 Json to_json(const Object& object, const ObjectShape& shape, const Session& session) {
   const ClassId class_id = session.objects().class_of(object.id);
   Json probabilities = Json::object();
@@ -121,7 +136,8 @@ Json to_json(const Object& object, const ObjectShape& shape, const Session& sess
           {"last_frame", object.last_frame},
           {"observations", object.observations},
           {"votes", to_json(object.votes, session.labels())},
-          {"best_views", to_json(object.best_views, session.labels())}};
+          {"best_views", to_json(object.best_views, session.labels())},
+          {"history", history_json(object, class_id, session.labels())}};
 }
 
 }  // namespace
@@ -132,7 +148,9 @@ Json objects_json(const Session& session, const Mesh& mesh) {
     const Object* object = session.objects().find(shape.id);
     if (object != nullptr) objects.push_back(to_json(*object, shape, session));
   }
-  return {{"objects", std::move(objects)}};
+  Json merged_into = Json::object();
+  for (const auto& [part, whole] : session.objects().merged()) merged_into[std::to_string(number(part))] = number(whole);
+  return {{"objects", std::move(objects)}, {"merged_into", std::move(merged_into)}};
 }
 
 Json report_json(const Session& session, const Options& options, const RunSummary& run, const Mesh& mesh) {
