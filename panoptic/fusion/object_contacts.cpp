@@ -3,78 +3,119 @@
 #include "panoptic/fusion/object_contacts.h"
 
 #include <algorithm>
-#include <map>
-#include <unordered_map>
+#include <limits>
+#include <optional>
+
+#include "panoptic/base/parallel.h"
 
 namespace panoptic {
 namespace {
 
-// Surface voxels in cells as wide as the reach, so that those near a place are found quickly.
-class Cells {
- public:
-  explicit Cells(int edge) : edge_(edge) {}
+struct Box {
+  std::array<std::int32_t, 3> low;
+  std::array<std::int32_t, 3> high;  // inclusive
+};
 
-  void add(const SurfaceVoxel& voxel) { cells_[key(voxel, 0, 0, 0)].push_back(&voxel); }
+struct ObjectVoxels {
+  PanopticId id = PanopticId::kUnknown;
+  std::span<const std::uint32_t> voxels;
+  Box box;
+};
 
-  // The labels other than the voxel's own that are near it.
-  void labels_near(const SurfaceVoxel& voxel, std::vector<PanopticId>& labels) const {
-    labels.clear();
-    for (int n = 0; n < 27; ++n) {
-      const auto cell = cells_.find(key(voxel, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
-      if (cell == cells_.end()) continue;
-      for (const SurfaceVoxel* other : cell->second) {
-        if (other->label == voxel.label || std::find(labels.begin(), labels.end(), other->label) != labels.end()) continue;
-        if (near(*other, voxel)) labels.push_back(other->label);
-      }
+Box box_of(std::span<const std::uint32_t> voxels, const SurfaceVoxels& surface) {
+  constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
+  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+  for (const std::uint32_t i : voxels) {
+    const SurfaceVoxel voxel = surface[i];
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.low[a] = std::min(box.low[a], voxel.at[a]);
+      box.high[a] = std::max(box.high[a], voxel.at[a]);
     }
+  }
+  return box;
+}
+
+// Are they at most `reach` apart along each axis?
+bool near(const Box& a, const Box& b, int reach) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (a.low[axis] - reach > b.high[axis] || b.low[axis] - reach > a.high[axis]) return false;
+  }
+  return true;
+}
+
+// A ball of voxels as rows along x.
+class Ball {
+ public:
+  explicit Ball(int radius) : radius_(radius) {
+    for (int squares = radius * radius, width = 0; squares >= 0; --squares) {
+      while ((width + 1) * (width + 1) + squares <= radius * radius) ++width;
+      half_width_.insert(half_width_.begin(), width);
+    }
+  }
+
+  int radius() const { return radius_; }
+  // At this place along y and z; -1 outside.
+  int half_width(int dy, int dz) const {
+    const auto squares = static_cast<std::size_t>(dy * dy + dz * dz);
+    return squares < half_width_.size() ? half_width_[squares] : -1;
   }
 
  private:
-  bool near(const SurfaceVoxel& a, const SurfaceVoxel& b) const {
-    std::int64_t squares = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int64_t d = std::int64_t{a.at[axis]} - b.at[axis];
-      squares += d * d;
-    }
-    return squares <= std::int64_t{edge_} * edge_;
-  }
-
-  std::uint64_t key(const SurfaceVoxel& voxel, int dx, int dy, int dz) const {
-    constexpr std::uint64_t kBits = 0x1FFFFF;
-    const auto cell = [&](std::int32_t c, int d) {
-      const std::int32_t below = c >= 0 ? c / edge_ : -((-c + edge_ - 1) / edge_);
-      return static_cast<std::uint64_t>(std::int64_t{below} + d) & kBits;
-    };
-    return cell(voxel.at[2], dz) << 42 | cell(voxel.at[1], dy) << 21 | cell(voxel.at[0], dx);
-  }
-
-  int edge_;
-  std::unordered_map<std::uint64_t, std::vector<const SurfaceVoxel*>> cells_;
+  int radius_;
+  std::vector<int> half_width_;  // by dy^2 + dz^2
 };
+
+bool touches(std::uint32_t voxel, const VoxelSet& others, const SurfaceVoxels& surface, const Ball& ball) {
+  bool found = false;
+  surface.visit_rows(
+      voxel, ball.radius(), [&](int dy, int dz) { return ball.half_width(dy, dz); },
+      [&](Slot slot, int row, std::uint16_t mask) {
+        found = (others.bits(slot, row) & mask) != 0;
+        return !found;
+      });
+  return found;
+}
+
+// Of the smaller one; nothing if it is not above the least.
+std::optional<double> share_near(const ObjectVoxels& smaller, const ObjectVoxels& larger, const SurfaceVoxels& surface,
+                                 const Ball& ball, double min_share) {
+  const auto share_of = [&](std::size_t count) {
+    return static_cast<double>(count) / static_cast<double>(smaller.voxels.size());
+  };
+  std::vector<std::uint32_t> candidates;
+  for (const std::uint32_t i : smaller.voxels) {
+    const SurfaceVoxel voxel = surface[i];
+    if (near({voxel.at, voxel.at}, larger.box, ball.radius())) candidates.push_back(i);
+  }
+  if (share_of(candidates.size()) <= min_share) return std::nullopt;
+  const VoxelSet others(surface, larger.voxels);
+  const auto count = static_cast<std::size_t>(
+      std::count_if(candidates.begin(), candidates.end(), [&](std::uint32_t i) { return touches(i, others, surface, ball); }));
+  const double share = share_of(count);
+  return share > min_share ? std::optional(share) : std::nullopt;
+}
 
 }  // namespace
 
 std::vector<Contact> contacts_between(std::span<const PanopticId> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
-                                      int reach) {
-  Cells cells(reach);
-  for (const PanopticId id : ids) {
-    for (const std::uint32_t i : voxels.at(id)) cells.add(surface[i]);
-  }
+                                      int reach, double min_share) {
+  if (ids.size() < 2) return {};
+  std::vector<ObjectVoxels> objects;
+  for (const PanopticId id : ids) objects.push_back({id, voxels.at(id), box_of(voxels.at(id), surface)});
+  const Ball ball(reach);
+  std::vector<std::vector<Contact>> by_object(objects.size());
+  parallel_for(objects.size(), [&](std::size_t o) {
+    const ObjectVoxels& own = objects[o];
+    for (const ObjectVoxels& other : objects) {
+      const std::size_t size = other.voxels.size();
+      const bool is_smaller = own.voxels.size() < size || (own.voxels.size() == size && own.id > other.id);
+      if (!is_smaller || !near(own.box, other.box, reach)) continue;
+      const auto share = share_near(own, other, surface, ball, min_share);
+      if (share) by_object[o].push_back({own.id, other.id, *share});
+    }
+  });
   std::vector<Contact> contacts;
-  std::vector<PanopticId> near;
-  for (const PanopticId id : ids) {
-    const auto& own = voxels.at(id);
-    std::map<PanopticId, std::size_t> counts;
-    for (const std::uint32_t i : own) {
-      cells.labels_near(surface[i], near);
-      for (const PanopticId other : near) ++counts[other];
-    }
-    for (const auto& [other, count] : counts) {
-      const std::size_t size = voxels.at(other).size();
-      const bool is_smaller = own.size() < size || (own.size() == size && id > other);
-      if (is_smaller) contacts.push_back({id, other, static_cast<double>(count) / static_cast<double>(own.size())});
-    }
-  }
+  for (const auto& own : by_object) contacts.insert(contacts.end(), own.begin(), own.end());
   std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.share > b.share; });
   return contacts;
 }

@@ -13,6 +13,7 @@
 namespace panoptic {
 namespace {
 
+constexpr std::size_t kLabels = 65536;
 constexpr float kSmallestPiece_m2 = 0.008F;  // a cup seen from one side
 
 // How many surface voxels an area of surface takes: the band around it is three voxels wide.
@@ -77,9 +78,10 @@ void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
   }
 }
 
-ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up) const {
+ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up) {
+  surface_.update(map);
   map.begin_epoch();
-  Pass pass{map, objects, SurfaceVoxels(map), up, 0};
+  Pass pass{map, objects, surface_, up, 0};
   pass.up = vertical(map, pass.surface, up);
   return pass;
 }
@@ -118,18 +120,17 @@ bool ObjectMaintenance::are_apart(const ObjectRegistry& objects, PanopticId a, P
 
 // Every object takes part in one merge at most; the next time comes soon.
 bool ObjectMaintenance::merge(Pass& pass) {
-  const VoxelsByLabel voxels = pass.surface.by_label();
   std::map<ClassId, std::vector<PanopticId>> by_class;
-  for (const auto& [id, own] : voxels) {
+  const VoxelsByLabel voxels = pass.surface.by_label([&](PanopticId id) {
     const ClassId class_id = labels_.is_object(id) ? pass.objects.class_of(id) : ClassId::kUnknown;
     if (class_id != ClassId::kUnknown) by_class[class_id].push_back(id);
-  }
+    return class_id != ClassId::kUnknown;
+  });
   const int reach = std::max(1, static_cast<int>(std::lround(options_.merge_distance_m / pass.map.voxel_size_m())));
   Renaming renaming;
   std::set<PanopticId> taken;
   for (const auto& [class_id, ids] : by_class) {
-    for (const Contact& contact : contacts_between(ids, voxels, pass.surface, reach)) {
-      if (contact.share <= options_.merge_share) break;
+    for (const Contact& contact : contacts_between(ids, voxels, pass.surface, reach, options_.merge_share)) {
       if (taken.contains(contact.smaller) || taken.contains(contact.larger)) continue;
       if (are_apart(pass.objects, contact.smaller, contact.larger)) continue;
       taken.insert({contact.smaller, contact.larger});
@@ -149,26 +150,36 @@ bool ObjectMaintenance::merge(Pass& pass) {
 }
 
 void ObjectMaintenance::carve_supports(Pass& pass) const {
-  for (const auto& [label, voxels] : pass.surface.by_label()) {
+  // By label: is it of something that may be a part of what stands on a table? Objects made here are.
+  std::vector<bool> unnamed(kLabels, true);
+  for (std::size_t id = 1; id < labels_.first_thing(); ++id) unnamed[id] = false;
+  const VoxelsByLabel supports = pass.surface.by_label([&](PanopticId label) {
     const ClassId class_id = labels_.is_object(label) ? pass.objects.class_of(label) : static_cast<ClassId>(number(label));
-    if (!labels_.is_support(class_id)) continue;
+    if (class_id != ClassId::kUnknown) unnamed[number(label)] = false;
+    return labels_.is_support(class_id);
+  });
+  for (const auto& [label, voxels] : supports) {
     for (const auto& part : pass.surface.components(voxels, 2)) {
       const auto top = fit_top(pass.map, pass.surface, part, pass.up);
       if (!top) continue;
-      for (const auto& piece : pass.surface.components(things_on(pass, *top, label), 1)) carve(pass, piece, label);
+      for (const auto& piece : pass.surface.components(things_on(pass, *top, label, unnamed), 1)) carve(pass, piece, label);
     }
   }
 }
 
-std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const SupportTop& top, PanopticId support) const {
+std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const SupportTop& top, PanopticId support,
+                                                        const std::vector<bool>& unnamed) const {
+  const double voxel_m = pass.map.voxel_size_m();
   std::vector<std::uint32_t> things;
-  for (std::uint32_t i = 0; i < pass.surface.size(); ++i) {
-    const PanopticId label = pass.surface[i].label;
-    const bool unnamed =
-        label == PanopticId::kUnknown || (labels_.is_object(label) && pass.objects.class_of(label) == ClassId::kUnknown);
-    if (label != support && !unnamed) continue;
-    const Vec3d p = place_m(pass.surface[i], pass.map.voxel_size_m());
-    if (stands_on(top, p, options_.carve_height_m, label != support)) things.push_back(i);
+  for (Slot slot = 0; slot < pass.surface.block_count(); ++slot) {
+    const auto [first, end] = pass.surface.range_of(slot);
+    if (first == end || !may_stand_on(top, pass.surface.corner_of(slot), voxel_m, options_.carve_height_m)) continue;
+    for (std::uint32_t i = first; i < end; ++i) {
+      const PanopticId label = pass.surface.label(i);
+      if (label != support && !unnamed[number(label)]) continue;
+      const Vec3d p = place_m(pass.surface[i], voxel_m);
+      if (stands_on(top, p, options_.carve_height_m, label != support)) things.push_back(i);
+    }
   }
   return things;
 }

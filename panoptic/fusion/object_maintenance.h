@@ -59,15 +59,16 @@ class ObjectMaintenance {
   struct Pass {
     VoxelMap& map;
     ObjectRegistry& objects;
-    SurfaceVoxels surface;
+    SurfaceVoxels& surface;
     Vec3d up;
     std::uint64_t min_observations = 0;
   };
 
-  Pass begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up) const;
+  Pass begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up);
   bool merge(Pass& pass);
   void carve_supports(Pass& pass) const;
-  std::vector<std::uint32_t> things_on(const Pass& pass, const SupportTop& top, PanopticId support) const;
+  std::vector<std::uint32_t> things_on(const Pass& pass, const SupportTop& top, PanopticId support,
+                                       const std::vector<bool>& unnamed) const;
   void carve(Pass& pass, const std::vector<std::uint32_t>& piece, PanopticId support) const;
   void drop_strays(Pass& pass) const;
   void rule_out_by_size(Pass& pass) const;
@@ -79,6 +80,7 @@ class ObjectMaintenance {
 
   MaintenanceOptions options_;
   LabelSet labels_;
+  SurfaceVoxels surface_;  // kept from one time to the next, because most blocks stay as they are
   std::map<std::pair<PanopticId, PanopticId>, std::uint32_t> together_;  // frames with a mask of each; first < second
 };
 

@@ -18,7 +18,7 @@ constexpr std::size_t kLabels = 65536;
 PanopticId label_around(std::uint32_t hole, const SurfaceVoxels& surface, const std::vector<bool>& open) {
   std::map<PanopticId, int> counts;
   surface.visit_near(hole, 1, [&](std::uint32_t neighbour) {
-    if (!open[neighbour]) ++counts[surface[neighbour].label];
+    if (!open[neighbour]) ++counts[surface.label(neighbour)];
   });
   const auto best =
       std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -41,7 +41,7 @@ void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
   for (std::size_t slot = 0; slot < changed.size(); ++slot) {
     if (changed[slot] != 0) map.mark_changed(static_cast<Slot>(slot));
   }
-  for (std::uint32_t i = 0; i < surface.size(); ++i) surface.relabel(i, of(surface[i].label));
+  for (std::uint32_t i = 0; i < surface.size(); ++i) surface.relabel(i, of(surface.label(i)));
 }
 
 void fill_from_neighbours(std::vector<std::uint32_t> holes, SurfaceVoxels& surface) {

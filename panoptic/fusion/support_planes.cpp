@@ -49,11 +49,16 @@ Vec3d place_m(const SurfaceVoxel& p, double voxel_m) {
 
 Vec3d vertical(const VoxelMap& map, const SurfaceVoxels& surface, const Vec3d& up) {
   constexpr double kCosines[] = {0.7, 0.85, 0.95, 0.985, 0.985};
+  std::vector<Vec3d> normals;
+  normals.reserve(surface.size() / 5 + 1);
+  for (std::uint32_t i = 0; i < surface.size(); i += 5) {
+    const Vec3d n = normal_of(map, surface[i]);
+    if (!n.isZero(0)) normals.push_back(n);
+  }
   Vec3d direction = up;
   for (const double cosine : kCosines) {
     Vec3d sum = Vec3d::Zero();
-    for (std::uint32_t i = 0; i < surface.size(); i += 5) {
-      const Vec3d n = normal_of(map, surface[i]);
+    for (const Vec3d& n : normals) {
       if (n.dot(direction) > cosine) sum += n;
     }
     if (sum.norm() > 0) direction = sum.normalized();
@@ -124,6 +129,15 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
     }
   }
   return top;
+}
+
+bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m, double height_m) {
+  const Vec3d centre = (Vec3d(corner[0], corner[1], corner[2]) + Vec3d::Constant(kBlockSide / 2.0)) * voxel_m;
+  // How much the height can differ within the block; a little more, because of rounding.
+  const Vec3d gradient = top.up - top.slope_east * top.east - top.slope_north * top.north;
+  const double slack_m = gradient.lpNorm<1>() * (kBlockSide / 2.0) * voxel_m * 1.01;
+  const double height = top.height_above(centre);
+  return height + slack_m > height_m && height - slack_m < kHighest_m;
 }
 
 bool stands_on(const SupportTop& top, const Vec3d& p, double height_m, bool within_footprint) {

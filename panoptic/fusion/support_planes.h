@@ -4,6 +4,7 @@
 // Which way is up, where the tops of tables are, and what stands on them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -39,6 +40,10 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
 // The points that stand out of a top by this and by less than the height of things on tables. Where `within_footprint` says so,
 // only over what was seen of it.
 bool stands_on(const SupportTop& top, const Vec3d& p, double height_m, bool within_footprint);
+
+// Is there a place in the block with this lowest voxel (as SurfaceVoxel::at) that may stand out of a top by this? Never wrongly
+// no.
+bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_size_m, double height_m);
 
 // Outward, from the distances of the neighbours within the block; zero where they were not observed.
 Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& voxel);

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/fusion/surface_voxels.h"
 
-#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numeric>
 
 #include "panoptic/base/parallel.h"
 
@@ -13,95 +14,181 @@ namespace {
 constexpr float kBand_voxels = 1.5F;
 constexpr std::size_t kIds = 65536;
 
-std::vector<SurfaceVoxel> voxels_of(const VoxelMap& map, Slot slot) {
-  std::vector<SurfaceVoxel> voxels;
-  const VoxelBlock& block = map.block(slot);
-  const BlockIndex index = map.index_of(slot);
-  const float band_m = kBand_voxels * map.voxel_size_m();
-  for (int v = 0; v < kBlockVoxels; ++v) {
-    const auto i = static_cast<std::size_t>(v);
-    if (block.weight[i] <= 0 || std::abs(block.distance[i]) > band_m) continue;
-    voxels.push_back({{index.x * kBlockSide + v % kBlockSide, index.y * kBlockSide + v / kBlockSide % kBlockSide,
-                       index.z * kBlockSide + v / (kBlockSide * kBlockSide)},
-                      static_cast<PanopticId>(block.label[i]),
-                      slot,
-                      static_cast<std::uint16_t>(v)});
+BlockBits surface_of(const VoxelBlock& block, float band_m) {
+  BlockBits bits{};
+  for (std::size_t row = 0; row < bits.size(); ++row) {
+    const float* weight = block.weight.data() + row * kBlockSide;
+    const float* distance = block.distance.data() + row * kBlockSide;
+    int set = 0;
+    for (int x = 0; x < kBlockSide; ++x) {
+      const bool is_surface = (weight[x] > 0) & (std::abs(distance[x]) <= band_m);
+      set |= is_surface ? 1 << x : 0;
+    }
+    bits[row] = static_cast<std::uint16_t>(set);
   }
-  return voxels;
+  return bits;
 }
 
-std::array<Slot, 27> neighbours_of(const VoxelMap& map, BlockIndex c) {
-  std::array<Slot, 27> slots{};
-  for (int n = 0; n < 27; ++n) {
-    slots[static_cast<std::size_t>(n)] = map.find_slot({c.x + n % 3 - 1, c.y + n / 3 % 3 - 1, c.z + n / 9 - 1});
-  }
-  return slots;
+// Calls visit(x) for every bit, ascending.
+template <typename Visit>
+void visit_bits(unsigned bits, Visit&& visit) {
+  for (; bits != 0; bits &= bits - 1) visit(std::countr_zero(bits));
 }
 
 }  // namespace
 
-SurfaceVoxels::SurfaceVoxels(const VoxelMap& map) : ranks_(map.block_count()), neighbours_(map.block_count()) {
-  std::vector<std::vector<SurfaceVoxel>> by_slot(map.block_count());
-  parallel_for(by_slot.size(), [&](std::size_t slot) {
-    by_slot[slot] = voxels_of(map, static_cast<Slot>(slot));
-    neighbours_[slot] = neighbours_of(map, map.index_of(static_cast<Slot>(slot)));
-    if (by_slot[slot].empty()) return;
-    ranks_[slot] = std::make_unique<Ranks>();
-    ranks_[slot]->fill(kNone);
-    for (std::size_t r = 0; r < by_slot[slot].size(); ++r)
-      (*ranks_[slot])[by_slot[slot][r].voxel] = static_cast<std::uint16_t>(r);
-  });
-  first_of_slot_.reserve(by_slot.size() + 1);
-  for (const std::vector<SurfaceVoxel>& voxels : by_slot) {
-    first_of_slot_.push_back(static_cast<std::uint32_t>(voxels_.size()));
-    voxels_.insert(voxels_.end(), voxels.begin(), voxels.end());
+void SurfaceVoxels::meet_new_blocks(const VoxelMap& map) {
+  const std::size_t known = blocks_.size();
+  blocks_.resize(map.block_count());
+  for (auto slot = static_cast<Slot>(known); slot < blocks_.size(); ++slot) {
+    const BlockIndex c = map.index_of(slot);
+    blocks_[slot].corner = {c.x * kBlockSide, c.y * kBlockSide, c.z * kBlockSide};
+    for (std::size_t n = 0; n < 27; ++n) {
+      const auto d = static_cast<int>(n);
+      const Slot neighbour = map.find_slot({c.x + d % 3 - 1, c.y + d / 3 % 3 - 1, c.z + d / 9 - 1});
+      blocks_[slot].neighbours[n] = neighbour;
+      if (neighbour != VoxelMap::kNoSlot) blocks_[neighbour].neighbours[26 - n] = slot;
+    }
   }
-  first_of_slot_.push_back(static_cast<std::uint32_t>(voxels_.size()));
+}
+
+void SurfaceVoxels::update(const VoxelMap& map) {
+  if (map_ != &map || map.epoch() < seen_epoch_ || map.block_count() < blocks_.size()) {
+    blocks_.clear();
+    seen_epoch_ = 0;  // every block changed after that
+  }
+  map_ = &map;
+  meet_new_blocks(map);
+  const float band_m = kBand_voxels * map.voxel_size_m();
+  parallel_for(blocks_.size(), [&](std::size_t slot) {
+    if (map.changed_at(static_cast<Slot>(slot)) <= seen_epoch_) return;
+    Block& block = blocks_[slot];
+    block.surface = surface_of(map.block(static_cast<Slot>(slot)), band_m);
+    block.count = 0;
+    for (std::size_t row = 0; row < block.surface.size(); ++row) {
+      block.before[row] = static_cast<std::uint16_t>(block.count);
+      block.count += static_cast<std::uint32_t>(std::popcount(block.surface[row]));
+    }
+  });
+  seen_epoch_ = map.epoch();
+  first_of_slot_.assign(1, 0);
+  for (const Block& block : blocks_) first_of_slot_.push_back(first_of_slot_.back() + block.count);
+  voxels_.resize(first_of_slot_.back());
+  relabelled_.assign(blocks_.size(), 0);
+  parallel_for(blocks_.size(), [&](std::size_t i) {
+    const auto slot = static_cast<Slot>(i);
+    if (blocks_[slot].count == 0) return;
+    const auto& labels = map.block(slot).label;
+    Entry* next = voxels_.data() + first_of_slot_[slot];
+    for (std::size_t row = 0; row < kBlockRows; ++row) {
+      visit_bits(blocks_[slot].surface[row], [&](int x) {
+        const std::size_t voxel = row * kBlockSide + static_cast<std::size_t>(x);
+        *next++ = {slot, static_cast<std::uint16_t>(voxel), static_cast<PanopticId>(labels[voxel])};
+      });
+    }
+  });
+}
+
+SurfaceVoxel SurfaceVoxels::operator[](std::uint32_t i) const {
+  const Entry& e = voxels_[i];
+  const std::array<std::int32_t, 3>& corner = blocks_[e.slot].corner;
+  const int v = e.voxel;
+  return {{corner[0] + v % kBlockSide, corner[1] + v / kBlockSide % kBlockSide, corner[2] + v / (kBlockSide * kBlockSide)},
+          e.label,
+          e.slot,
+          e.voxel};
+}
+
+void SurfaceVoxels::relabel(std::uint32_t i, PanopticId label) {
+  Entry& e = voxels_[i];
+  if (e.label == label) return;
+  e.label = label;
+  relabelled_[e.slot] = 1;
 }
 
 VoxelsByLabel SurfaceVoxels::by_label() const {
+  return by_label([](PanopticId) { return true; });
+}
+
+VoxelsByLabel SurfaceVoxels::by_label(const std::function<bool(PanopticId)>& wanted) const {
+  std::vector<std::uint32_t> counts(kIds, 0);
+  for (const Entry& e : voxels_) ++counts[number(e.label)];
   VoxelsByLabel result;
-  std::vector<std::vector<std::uint32_t>> voxels(kIds);
-  for (std::uint32_t i = 0; i < voxels_.size(); ++i) voxels[number(voxels_[i].label)].push_back(i);
+  std::vector<std::uint32_t*> next(kIds, nullptr);
   for (std::size_t id = 0; id < kIds; ++id) {
-    if (!voxels[id].empty()) result.emplace(static_cast<PanopticId>(id), std::move(voxels[id]));
+    const auto label = static_cast<PanopticId>(id);
+    if (counts[id] == 0 || !wanted(label)) continue;
+    std::vector<std::uint32_t>& voxels = result[label];
+    voxels.resize(counts[id]);
+    next[id] = voxels.data();
+  }
+  for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
+    std::uint32_t*& place = next[number(voxels_[i].label)];
+    if (place != nullptr) *place++ = i;
   }
   return result;
 }
 
 std::vector<std::vector<std::uint32_t>> SurfaceVoxels::components(std::span<const std::uint32_t> members, int reach) const {
-  std::vector<bool> waiting(voxels_.size(), false);
-  for (const std::uint32_t member : members) waiting[member] = true;
   std::vector<std::uint32_t> seeds(members.begin(), members.end());
-  std::sort(seeds.begin(), seeds.end());
-  std::vector<std::vector<std::uint32_t>> result;
+  if (!std::is_sorted(seeds.begin(), seeds.end())) std::sort(seeds.begin(), seeds.end());
+  seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+  VoxelSet waiting(*this, seeds);
+  // By surface voxel; of those that are not members, nothing is ever read or written.
+  const auto component_of = std::make_unique_for_overwrite<std::uint32_t[]>(size());
+  const auto width = [reach](int, int) { return reach; };
+  std::vector<std::size_t> sizes;
+  std::vector<std::uint32_t> reached;
   for (const std::uint32_t seed : seeds) {
-    if (!waiting[seed]) continue;
-    waiting[seed] = false;
-    std::vector<std::uint32_t> component = {seed};
-    for (std::size_t next = 0; next < component.size(); ++next) {
-      visit_near(component[next], reach, [&](std::uint32_t neighbour) {
-        if (!waiting[neighbour]) return;
-        waiting[neighbour] = false;
-        component.push_back(neighbour);
+    const Entry& e = voxels_[seed];
+    const auto own = static_cast<std::uint16_t>(1U << (e.voxel % kBlockSide));
+    if ((waiting.bits(e.slot, e.voxel / kBlockSide) & own) == 0) continue;
+    waiting.remove(e.slot, e.voxel / kBlockSide, own);
+    reached.assign(1, seed);
+    for (std::size_t next = 0; next < reached.size(); ++next) {
+      component_of[reached[next]] = static_cast<std::uint32_t>(sizes.size());
+      visit_rows(reached[next], reach, width, [&](Slot slot, int row, std::uint16_t mask) {
+        const auto found = static_cast<std::uint16_t>(waiting.bits(slot, row) & mask);
+        if (found == 0) return true;
+        waiting.remove(slot, row, found);
+        visit_bits(found, [&](int x) { reached.push_back(index_at(slot, row, x)); });
+        return true;
       });
     }
-    std::sort(component.begin(), component.end());
-    result.push_back(std::move(component));
+    sizes.push_back(reached.size());
   }
+  std::vector<std::vector<std::uint32_t>> result(sizes.size());
+  for (std::size_t c = 0; c < sizes.size(); ++c) result[c].reserve(sizes[c]);
+  for (const std::uint32_t seed : seeds) result[component_of[seed]].push_back(seed);
   return result;
 }
 
 std::size_t SurfaceVoxels::write_labels(VoxelMap& map) const {
   std::size_t written = 0;
-  for (const SurfaceVoxel& v : voxels_) {
-    std::uint16_t& label = map.block(v.slot).label[v.voxel];
-    if (label == number(v.label)) continue;
-    label = number(v.label);
-    map.mark_changed(v.slot);
-    ++written;
+  for (Slot slot = 0; slot < blocks_.size(); ++slot) {
+    if (relabelled_[slot] == 0) continue;
+    for (std::uint32_t i = first_of_slot_[slot]; i < first_of_slot_[slot + 1]; ++i) {
+      std::uint16_t& label = map.block(slot).label[voxels_[i].voxel];
+      if (label == number(voxels_[i].label)) continue;
+      label = number(voxels_[i].label);
+      map.mark_changed(slot);
+      ++written;
+    }
   }
   return written;
+}
+
+VoxelSet::VoxelSet(const SurfaceVoxels& surface, std::span<const std::uint32_t> members)
+    : place_(surface.block_count(), 0), blocks_(1) {
+  for (const std::uint32_t member : members) {
+    const auto [slot, voxel] = surface.place_of(member);
+    if (place_[slot] == 0) {
+      place_[slot] = static_cast<std::uint32_t>(blocks_.size());
+      blocks_.emplace_back();
+    }
+    std::uint16_t& row = blocks_[place_[slot]][voxel / kBlockSide];
+    row = static_cast<std::uint16_t>(row | 1U << (voxel % kBlockSide));
+  }
 }
 
 }  // namespace panoptic

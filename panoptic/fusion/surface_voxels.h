@@ -4,11 +4,14 @@
 // The voxels at the surface with their labels and neighbours: what object maintenance looks at.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <functional>
 #include <map>
-#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "panoptic/data/labels.h"
@@ -26,21 +29,44 @@ struct SurfaceVoxel {
 // Indices of surface voxels, ascending.
 using VoxelsByLabel = std::map<PanopticId, std::vector<std::uint32_t>>;
 
+// Voxels of one block, a bit each (the lowest is x = 0), by row along x: row y + 16 z.
+inline constexpr int kBlockRows = kBlockSide * kBlockSide;
+using BlockBits = std::array<std::uint16_t, kBlockRows>;
+
 // All observed voxels within 1.5 voxels of the surface, in the order of slots and voxels. A snapshot: relabel changes it, and
-// write_labels brings that into the map. Good until blocks are allocated or distances change.
+// write_labels brings that into the map. Good until blocks are allocated or distances change; then update it.
 class SurfaceVoxels {
  public:
-  explicit SurfaceVoxels(const VoxelMap& map);
+  SurfaceVoxels() = default;
+  explicit SurfaceVoxels(const VoxelMap& map) { update(map); }
+
+  // As made anew, but fast for the map of the last time: where blocks were not marked as changed since, the surface is known.
+  // Labels are always read again.
+  void update(const VoxelMap& map);
 
   std::size_t size() const { return voxels_.size(); }
-  const SurfaceVoxel& operator[](std::uint32_t i) const { return voxels_[i]; }
-  void relabel(std::uint32_t i, PanopticId label) { voxels_[i].label = label; }
+  SurfaceVoxel operator[](std::uint32_t i) const;
+  std::pair<Slot, std::uint16_t> place_of(std::uint32_t i) const { return {voxels_[i].slot, voxels_[i].voxel}; }
+  PanopticId label(std::uint32_t i) const { return voxels_[i].label; }
+  void relabel(std::uint32_t i, PanopticId label);
+
+  std::size_t block_count() const { return blocks_.size(); }
+  std::array<std::int32_t, 3> corner_of(Slot slot) const { return blocks_[slot].corner; }  // its lowest voxel, as `at`
+  // The first surface voxel of a block and one past its last.
+  std::pair<std::uint32_t, std::uint32_t> range_of(Slot slot) const { return {first_of_slot_[slot], first_of_slot_[slot + 1]}; }
 
   VoxelsByLabel by_label() const;
+  // Only of the labels for which `wanted` says so; it is asked once for every label of the surface, in ascending order.
+  VoxelsByLabel by_label(const std::function<bool(PanopticId)>& wanted) const;
 
   // Calls visit(index) for every surface voxel at most `reach` (below 16) voxels from this one along each axis, itself included.
   template <typename Visit>
   void visit_near(std::uint32_t i, int reach, Visit&& visit) const;
+
+  // The rows of voxels around one: calls visit(slot, row, mask) with a bit for every place that is at most `reach` (below 16)
+  // voxels away along y and z and half_width(dy, dz) (at most reach; none if negative) along x, until a call returns false.
+  template <typename HalfWidth, typename Visit>
+  void visit_rows(std::uint32_t i, int reach, HalfWidth&& half_width, Visit&& visit) const;
 
   // Connected components of the given voxels, each ascending, the one with the lowest index first. Voxels are connected if they
   // are at most `reach` apart along each axis.
@@ -50,37 +76,90 @@ class SurfaceVoxels {
   std::size_t write_labels(VoxelMap& map) const;
 
  private:
-  // Of one block: the rank of each of its voxels among the block's surface voxels, kNone for the others.
-  using Ranks = std::array<std::uint16_t, kBlockVoxels>;
-  static constexpr std::uint16_t kNone = 65535;
+  struct Entry {
+    Slot slot;
+    std::uint16_t voxel;
+    PanopticId label;
+  };
+  struct Block {
+    std::array<std::int32_t, 3> corner{};
+    std::array<Slot, 27> neighbours{};  // x fastest, the block itself in the middle
+    BlockBits surface{};
+    BlockBits before{};  // by row: surface voxels in the rows before it
+    std::uint32_t count = 0;
+  };
 
-  std::vector<SurfaceVoxel> voxels_;
-  std::vector<std::uint32_t> first_of_slot_;      // by slot, and one past the end
-  std::vector<std::unique_ptr<Ranks>> ranks_;     // by slot; none where a block has no surface
-  std::vector<std::array<Slot, 27>> neighbours_;  // by slot: x fastest, the block itself in the middle
+  void meet_new_blocks(const VoxelMap& map);
+  // REQUIRES a surface voxel at this place.
+  std::uint32_t index_at(Slot slot, int row, int x) const;
+
+  const VoxelMap* map_ = nullptr;  // the one of the last update, to tell another one; never read
+  std::uint64_t seen_epoch_ = 0;
+  std::vector<Block> blocks_;  // by slot
+  std::vector<Entry> voxels_;
+  std::vector<std::uint32_t> first_of_slot_;  // by slot, and one past the end
+  std::vector<char> relabelled_;              // by slot
 };
 
-template <typename Visit>
-void SurfaceVoxels::visit_near(std::uint32_t i, int reach, Visit&& visit) const {
-  const SurfaceVoxel& centre = voxels_[i];
-  const std::array<Slot, 27>& blocks = neighbours_[centre.slot];
-  const int cx = centre.voxel % kBlockSide;
-  const int cy = centre.voxel / kBlockSide % kBlockSide;
-  const int cz = centre.voxel / (kBlockSide * kBlockSide);
+// A set of surface voxels that takes memory only for the blocks that it has voxels in.
+class VoxelSet {
+ public:
+  VoxelSet(const SurfaceVoxels& surface, std::span<const std::uint32_t> members);
+
+  std::uint16_t bits(Slot slot, int row) const { return blocks_[place_[slot]][static_cast<std::size_t>(row)]; }
+  // Takes these out of the set. REQUIRES that they are in.
+  void remove(Slot slot, int row, std::uint16_t bits) {
+    std::uint16_t& all = blocks_[place_[slot]][static_cast<std::size_t>(row)];
+    all = static_cast<std::uint16_t>(all & ~bits);
+  }
+
+ private:
+  std::vector<std::uint32_t> place_;  // by slot: in blocks_, whose first is empty and stays so
+  std::vector<BlockBits> blocks_;
+};
+
+template <typename HalfWidth, typename Visit>
+void SurfaceVoxels::visit_rows(std::uint32_t i, int reach, HalfWidth&& half_width, Visit&& visit) const {
+  const Entry& centre = voxels_[i];
+  const std::array<Slot, 27>& blocks = blocks_[centre.slot].neighbours;
+  // Counted from the corner of the lowest neighbour, so that nothing is negative.
+  const int cx = kBlockSide + centre.voxel % kBlockSide;
+  const int cy = kBlockSide + centre.voxel / kBlockSide % kBlockSide;
+  const int cz = kBlockSide + centre.voxel / (kBlockSide * kBlockSide);
   for (int z = cz - reach; z <= cz + reach; ++z) {
-    const int bz = (z + kBlockSide) / kBlockSide;
     for (int y = cy - reach; y <= cy + reach; ++y) {
-      const int by = (y + kBlockSide) / kBlockSide;
-      for (int x = cx - reach; x <= cx + reach; ++x) {
-        const int bx = (x + kBlockSide) / kBlockSide;
-        const Slot slot = blocks[static_cast<std::size_t>(bx + 3 * (by + 3 * bz))];
-        if (slot == VoxelMap::kNoSlot || !ranks_[slot]) continue;
-        const std::uint16_t rank = (*ranks_[slot])[static_cast<std::size_t>(
-            voxel_offset(x + kBlockSide - bx * kBlockSide, y + kBlockSide - by * kBlockSide, z + kBlockSide - bz * kBlockSide))];
-        if (rank != kNone) visit(first_of_slot_[slot] + rank);
+      const int width = half_width(y - cy, z - cz);
+      if (width < 0) continue;
+      const std::uint64_t mask = ((std::uint64_t{2} << (2 * width)) - 1) << (cx - width);
+      const int row = y % kBlockSide + kBlockSide * (z % kBlockSide);
+      const int first = 3 * (y / kBlockSide + 3 * (z / kBlockSide));
+      for (int bx = (cx - width) / kBlockSide; bx <= (cx + width) / kBlockSide; ++bx) {
+        const Slot slot = blocks[static_cast<std::size_t>(first + bx)];
+        if (slot == VoxelMap::kNoSlot) continue;
+        if (!visit(slot, row, static_cast<std::uint16_t>(mask >> (bx * kBlockSide)))) return;
       }
     }
   }
+}
+
+inline std::uint32_t SurfaceVoxels::index_at(Slot slot, int row, int x) const {
+  const Block& block = blocks_[slot];
+  const auto r = static_cast<std::size_t>(row);
+  const unsigned lower = block.surface[r] & ((1U << x) - 1);
+  return first_of_slot_[slot] + block.before[r] + static_cast<std::uint32_t>(std::popcount(lower));
+}
+
+template <typename Visit>
+void SurfaceVoxels::visit_near(std::uint32_t i, int reach, Visit&& visit) const {
+  const auto same = [reach](int, int) { return reach; };
+  visit_rows(i, reach, same, [&](Slot slot, int row, std::uint16_t mask) {
+    const unsigned bits = blocks_[slot].surface[static_cast<std::size_t>(row)] & unsigned{mask};
+    if (bits == 0) return true;
+    const std::uint32_t first = index_at(slot, row, std::countr_zero(bits));
+    // The mask has no gaps, so what it shows of a row is consecutive.
+    for (int n = 0; n < std::popcount(bits); ++n) visit(first + static_cast<std::uint32_t>(n));
+    return true;
+  });
 }
 
 }  // namespace panoptic
