@@ -22,12 +22,12 @@ struct LabelVotes {
 
 // The frame as the kernels see it: raw planes with one extra "no reading" pixel at the end, camera numbers in float.
 struct KernelFrame {
-  const float* depth;
-  const std::uint32_t* color;
-  const PanopticId* label;
-  int width;
-  int height;
-  float fx, fy, cx, cy;
+  const float* depth = nullptr;
+  const std::uint32_t* color = nullptr;
+  const PanopticId* label = nullptr;
+  int width = 0;
+  int height = 0;
+  float fx = 1, fy = 1, cx = 0, cy = 0;
   LabelVotes votes;
 };
 
@@ -75,15 +75,22 @@ inline VoxelLabel fused_label(VoxelLabel old, std::uint16_t label, float weight)
   return {flip ? label : old.label, flip ? weight - old.weight : gain};
 }
 
-// One observation of one voxel, all properties. `color` as in RegisteredFrame.
-inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, float distance, float weight, std::uint32_t color, PanopticId label,
-                       const LabelVotes& votes) {
+// One observation of one voxel. `color` as in RegisteredFrame.
+struct VoxelUpdate {
+  float distance;
+  float weight;
+  std::uint32_t color;
+  PanopticId label;
+};
+
+inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& update, const LabelVotes& votes) {
+  const auto [distance, weight, color, label] = update;
   const float old_weight = block.weight[voxel];
   block.distance[voxel] = fused_distance(block.distance[voxel], old_weight, distance, weight);
   block.weight[voxel] = old_weight + weight;
   if (color != 0) {
-    const auto fuse = [&](std::uint16_t& channel, std::uint32_t value) {
-      channel = static_cast<std::uint16_t>(fused_color(channel, old_weight, static_cast<std::int32_t>(value & 0xFFU), weight));
+    const auto fuse = [old_weight, w = update.weight](std::uint16_t& channel, std::uint32_t value) {
+      channel = static_cast<std::uint16_t>(fused_color(channel, old_weight, static_cast<std::int32_t>(value & 0xFFU), w));
     };
     fuse(block.red[voxel], color >> 16);
     fuse(block.green[voxel], color >> 8);

@@ -246,7 +246,7 @@ void fuse_ray(const RayObservation& observation, const RayBand& ray_band, std::s
     weights[k] = observation_weight(ray.depth, distance, band);
   }
   for (std::size_t k = 0; k < count; ++k) {
-    if (weights[k] > 0) fuse_voxel(block, offset[k], distances[k], weights[k], ray.color, ray.label, ray.votes);
+    if (weights[k] > 0) fuse_voxel(block, offset[k], {distances[k], weights[k], ray.color, ray.label}, ray.votes);
   }
 }
 

@@ -192,8 +192,9 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
         if (w <= 0) return;
         std::unique_ptr<VoxelBlock>& block = naive[pack({x >> 4, y >> 4, k >> 4})];
         if (!block) block = std::make_unique<VoxelBlock>();
-        fuse_voxel(*block, static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15)), d, w,
-                   registered.color[static_cast<std::size_t>(pixel)], labels[static_cast<std::size_t>(pixel)], LabelVotes{});
+        fuse_voxel(*block, static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15)),
+                   {d, w, registered.color[static_cast<std::size_t>(pixel)], labels[static_cast<std::size_t>(pixel)]},
+                   LabelVotes{});
       });
     }
   }
