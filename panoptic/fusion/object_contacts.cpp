@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <tuple>
 
 #include "panoptic/base/parallel.h"
 
@@ -76,23 +77,34 @@ bool touches(std::uint32_t voxel, const VoxelSet& others, const SurfaceVoxels& s
   return found;
 }
 
-// Of the smaller one; nothing if it is not above the least.
-std::optional<double> share_near(const ObjectVoxels& smaller, const ObjectVoxels& larger, const SurfaceVoxels& surface,
-                                 const Ball& ball, double min_share) {
-  const auto share_of = [&](std::size_t count) {
-    return static_cast<double>(count) / static_cast<double>(smaller.voxels.size());
-  };
-  std::vector<std::uint32_t> candidates;
+// The voxels of the smaller one that may be near the larger one.
+std::vector<std::uint32_t> candidates(const ObjectVoxels& smaller, const Box& larger, const SurfaceVoxels& surface, int reach) {
+  std::vector<std::uint32_t> found;
   for (const std::uint32_t i : smaller.voxels) {
-    const SurfaceVoxel voxel = surface[i];
-    if (near({voxel.at, voxel.at}, larger.box, ball.radius())) candidates.push_back(i);
+    const std::array<std::int32_t, 3> at = surface[i].at;
+    if (near({at, at}, larger, reach)) found.push_back(i);
   }
-  if (share_of(candidates.size()) <= min_share) return std::nullopt;
-  const VoxelSet others(surface, larger.voxels);
-  const auto count = static_cast<std::size_t>(
-      std::count_if(candidates.begin(), candidates.end(), [&](std::uint32_t i) { return touches(i, others, surface, ball); }));
-  const double share = share_of(count);
-  return share > min_share ? std::optional(share) : std::nullopt;
+  return found;
+}
+
+// Of one object with all smaller ones, in their order.
+std::vector<Contact> contacts_of(const ObjectVoxels& larger, std::span<const ObjectVoxels> objects, const SurfaceVoxels& surface,
+                                 const Ball& ball, double min_share) {
+  std::vector<Contact> contacts;
+  std::optional<VoxelSet> voxels;
+  for (const ObjectVoxels& own : objects) {
+    const std::size_t size = larger.voxels.size();
+    const bool is_smaller = own.voxels.size() < size || (own.voxels.size() == size && own.id > larger.id);
+    if (!is_smaller || !near(own.box, larger.box, ball.radius())) continue;
+    const auto share_of = [&](auto count) { return static_cast<double>(count) / static_cast<double>(own.voxels.size()); };
+    const auto some = candidates(own, larger.box, surface, ball.radius());
+    if (share_of(some.size()) <= min_share) continue;
+    if (!voxels) voxels.emplace(surface, larger.voxels);
+    const double share =
+        share_of(std::count_if(some.begin(), some.end(), [&](std::uint32_t i) { return touches(i, *voxels, surface, ball); }));
+    if (share > min_share) contacts.push_back({own.id, larger.id, share});
+  }
+  return contacts;
 }
 
 }  // namespace
@@ -104,19 +116,12 @@ std::vector<Contact> contacts_between(std::span<const PanopticId> ids, const Vox
   for (const PanopticId id : ids) objects.push_back({id, voxels.at(id), box_of(voxels.at(id), surface)});
   const Ball ball(reach);
   std::vector<std::vector<Contact>> by_object(objects.size());
-  parallel_for(objects.size(), [&](std::size_t o) {
-    const ObjectVoxels& own = objects[o];
-    for (const ObjectVoxels& other : objects) {
-      const std::size_t size = other.voxels.size();
-      const bool is_smaller = own.voxels.size() < size || (own.voxels.size() == size && own.id > other.id);
-      if (!is_smaller || !near(own.box, other.box, reach)) continue;
-      const auto share = share_near(own, other, surface, ball, min_share);
-      if (share) by_object[o].push_back({own.id, other.id, *share});
-    }
-  });
+  parallel_for(objects.size(), [&](std::size_t o) { by_object[o] = contacts_of(objects[o], objects, surface, ball, min_share); });
   std::vector<Contact> contacts;
   for (const auto& own : by_object) contacts.insert(contacts.end(), own.begin(), own.end());
-  std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.share > b.share; });
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return std::tuple(-a.share, a.smaller, a.larger) < std::tuple(-b.share, b.smaller, b.larger);
+  });
   return contacts;
 }
 

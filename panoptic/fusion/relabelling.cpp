@@ -3,8 +3,9 @@
 #include "panoptic/fusion/relabelling.h"
 
 #include <algorithm>
-#include <map>
+#include <array>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "panoptic/base/parallel.h"
@@ -14,15 +15,46 @@ namespace {
 
 constexpr std::size_t kLabels = 65536;
 
-// The most frequent label around a hole, other holes left out; unknown where there is nothing.
-PanopticId label_around(std::uint32_t hole, const SurfaceVoxels& surface, const std::vector<bool>& open) {
-  std::map<PanopticId, int> counts;
+// Much faster than to look every label up, and most blocks hold nothing but walls and floors.
+bool has_between(const std::array<std::uint16_t, kBlockVoxels>& labels, std::uint16_t lowest, std::uint16_t highest) {
+  unsigned found = 0;
+  for (const std::uint16_t label : labels) found |= static_cast<unsigned>((label >= lowest) & (label <= highest));
+  return found != 0;
+}
+
+using Counts = std::vector<std::pair<PanopticId, int>>;
+
+// The most frequent label around a hole, other holes left out; kNoVote where there is nothing. `counts` is for reuse.
+PanopticId label_around(std::uint32_t hole, const SurfaceVoxels& surface, const std::vector<bool>& open, Counts& counts) {
+  counts.clear();
   surface.visit_near(hole, 1, [&](std::uint32_t neighbour) {
-    if (!open[neighbour]) ++counts[surface.label(neighbour)];
+    if (open[neighbour]) return;
+    const PanopticId label = surface.label(neighbour);
+    const auto known = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == label; });
+    if (known == counts.end()) {
+      counts.emplace_back(label, 1);
+    } else {
+      ++known->second;
+    }
   });
-  const auto best =
-      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto best = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.second, -int{number(a.first)}) < std::pair(b.second, -int{number(b.first)});
+  });
   return best == counts.end() ? PanopticId::kNoVote : best->first;
+}
+
+// The holes next to these voxels, ascending.
+std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t, PanopticId>> filled,
+                                        const SurfaceVoxels& surface, const std::vector<bool>& open) {
+  std::vector<std::uint32_t> holes;
+  for (const auto& [voxel, label] : filled) {
+    surface.visit_near(voxel, 1, [&](std::uint32_t neighbour) {
+      if (open[neighbour]) holes.push_back(neighbour);
+    });
+  }
+  std::sort(holes.begin(), holes.end());
+  holes.erase(std::unique(holes.begin(), holes.end()), holes.end());
+  return holes;
 }
 
 }  // namespace
@@ -30,9 +62,18 @@ PanopticId label_around(std::uint32_t hole, const SurfaceVoxels& surface, const 
 Renaming::Renaming() : new_label_(kLabels) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
 
 void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
+  std::uint16_t lowest = kLabels - 1;
+  std::uint16_t highest = 0;
+  for (std::size_t label = 0; label < kLabels; ++label) {
+    if (new_label_[label] == label) continue;
+    lowest = std::min(lowest, static_cast<std::uint16_t>(label));
+    highest = std::max(highest, static_cast<std::uint16_t>(label));
+  }
   std::vector<char> changed(map.block_count(), 0);
   parallel_for(changed.size(), [&](std::size_t slot) {
-    for (std::uint16_t& label : map.block(static_cast<Slot>(slot)).label) {
+    auto& labels = map.block(static_cast<Slot>(slot)).label;
+    if (!has_between(labels, lowest, highest)) return;
+    for (std::uint16_t& label : labels) {
       if (new_label_[label] == label) continue;
       label = new_label_[label];
       changed[slot] = 1;
@@ -51,23 +92,19 @@ void fill_from_neighbours(std::vector<std::uint32_t> holes, SurfaceVoxels& surfa
     open[hole] = true;
     surface.relabel(hole, PanopticId::kUnknown);
   }
+  Counts counts;
   while (!holes.empty()) {
     std::vector<std::pair<std::uint32_t, PanopticId>> filled;
-    std::vector<std::uint32_t> left;
     for (const std::uint32_t hole : holes) {
-      const PanopticId label = label_around(hole, surface, open);
-      if (label == PanopticId::kNoVote) {
-        left.push_back(hole);
-      } else {
-        filled.emplace_back(hole, label);
-      }
+      const PanopticId label = label_around(hole, surface, open, counts);
+      if (label != PanopticId::kNoVote) filled.emplace_back(hole, label);
     }
-    if (filled.empty()) return;
     for (const auto& [hole, label] : filled) {
       surface.relabel(hole, label);
       open[hole] = false;
     }
-    holes = std::move(left);
+    // Only there is anything new to see.
+    holes = holes_around(filled, surface, open);
   }
 }
 

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
+
+#include "panoptic/base/parallel.h"
 
 namespace panoptic {
 namespace {
@@ -34,11 +37,32 @@ Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& p) {
 
 namespace {
 
-std::uint64_t cell_key(double east, double north) {
-  const auto bits = [](double m) {
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<int>(std::floor(m / kCell_m))));
-  };
-  return bits(east) << 32 | bits(north);
+int cell_of(double m) { return static_cast<int>(std::floor(m / kCell_m)); }
+
+std::uint64_t cell_key(int east, int north) {
+  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(east)) << 32 | static_cast<std::uint32_t>(north);
+}
+
+// The cells of the points that lie in the top, and those around them: a top is seldom seen without gaps.
+std::unordered_set<std::uint64_t> footprint_of(const SupportTop& top, std::span<const Vec3d> points, double inlier_m) {
+  std::vector<std::pair<int, int>> seen;
+  for (const Vec3d& p : points) {
+    if (std::abs(top.height_above(p)) > inlier_m) continue;
+    const std::pair cell(cell_of(p.dot(top.east)), cell_of(p.dot(top.north)));
+    if (seen.empty() || seen.back() != cell) seen.push_back(cell);
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  std::unordered_set<std::uint64_t> cells;
+  for (const auto& [east, north] : seen) {
+    for (int n = 0; n < 9; ++n) {
+      const int de = n % 3 - 1;
+      const int dn = n / 3 - 1;
+      cells.insert(cell_key(east + de, north + dn));
+      cells.insert(cell_key(east + 2 * de, north + 2 * dn));
+    }
+  }
+  return cells;
 }
 
 }  // namespace
@@ -49,12 +73,14 @@ Vec3d place_m(const SurfaceVoxel& p, double voxel_m) {
 
 Vec3d vertical(const VoxelMap& map, const SurfaceVoxels& surface, const Vec3d& up) {
   constexpr double kCosines[] = {0.7, 0.85, 0.95, 0.985, 0.985};
-  std::vector<Vec3d> normals;
-  normals.reserve(surface.size() / 5 + 1);
-  for (std::uint32_t i = 0; i < surface.size(); i += 5) {
-    const Vec3d n = normal_of(map, surface[i]);
-    if (!n.isZero(0)) normals.push_back(n);
-  }
+  constexpr std::uint32_t kEvery = 5;
+  std::vector<Vec3d> normals((surface.size() + kEvery - 1) / kEvery);
+  parallel_for(surface.block_count(), [&](std::size_t slot) {
+    const auto [first, end] = surface.range_of(static_cast<Slot>(slot));
+    for (std::uint32_t i = (first + kEvery - 1) / kEvery * kEvery; i < end; i += kEvery) {
+      normals[i / kEvery] = normal_of(map, surface[i]);
+    }
+  });
   Vec3d direction = up;
   for (const double cosine : kCosines) {
     Vec3d sum = Vec3d::Zero();
@@ -70,7 +96,7 @@ double SupportTop::height_above(const Vec3d& p) const {
   return p.dot(up) - (height_m + slope_east * p.dot(east) + slope_north * p.dot(north));
 }
 
-bool SupportTop::below(const Vec3d& p) const { return cells.contains(cell_key(p.dot(east), p.dot(north))); }
+bool SupportTop::below(const Vec3d& p) const { return cells.contains(cell_key(cell_of(p.dot(east)), cell_of(p.dot(north)))); }
 
 std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surface, std::span<const std::uint32_t> points,
                                   const Vec3d& up) {
@@ -78,6 +104,7 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
   constexpr double kNearlyUp = 0.94;  // cosine of 20 degrees
   constexpr double kInlier_m = 0.025;
   constexpr std::size_t kFewest = 150;
+  if (points.size() < kFewest) return std::nullopt;
   const double voxel_m = map.voxel_size_m();
   std::map<int, int> bins;
   std::vector<Vec3d> level;
@@ -121,21 +148,15 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
     top.slope_east = x[1];
     top.slope_north = x[2];
   }
-  for (const Vec3d& p : level) {
-    if (std::abs(top.height_above(p)) > kInlier_m) continue;
-    for (int n = 0; n < 9; ++n) {
-      top.cells.insert(cell_key(p.dot(top.east) + (n % 3 - 1) * 2 * kCell_m, p.dot(top.north) + (n / 3 - 1) * 2 * kCell_m));
-      top.cells.insert(cell_key(p.dot(top.east) + (n % 3 - 1) * kCell_m, p.dot(top.north) + (n / 3 - 1) * kCell_m));
-    }
-  }
+  top.cells = footprint_of(top, level, kInlier_m);
   return top;
 }
 
 bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m, double height_m) {
   const Vec3d centre = (Vec3d(corner[0], corner[1], corner[2]) + Vec3d::Constant(kBlockSide / 2.0)) * voxel_m;
-  // How much the height can differ within the block; a little more, because of rounding.
+  // How much the height can differ within the block; and two voxels more, as a voxel may stand for a place a little off.
   const Vec3d gradient = top.up - top.slope_east * top.east - top.slope_north * top.north;
-  const double slack_m = gradient.lpNorm<1>() * (kBlockSide / 2.0) * voxel_m * 1.01;
+  const double slack_m = (gradient.lpNorm<1>() * kBlockSide / 2 + 2) * voxel_m;
   const double height = top.height_above(centre);
   return height + slack_m > height_m && height - slack_m < kHighest_m;
 }

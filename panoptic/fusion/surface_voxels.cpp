@@ -89,16 +89,6 @@ void SurfaceVoxels::update(const VoxelMap& map) {
   });
 }
 
-SurfaceVoxel SurfaceVoxels::operator[](std::uint32_t i) const {
-  const Entry& e = voxels_[i];
-  const std::array<std::int32_t, 3>& corner = blocks_[e.slot].corner;
-  const int v = e.voxel;
-  return {{corner[0] + v % kBlockSide, corner[1] + v / kBlockSide % kBlockSide, corner[2] + v / (kBlockSide * kBlockSide)},
-          e.label,
-          e.slot,
-          e.voxel};
-}
-
 void SurfaceVoxels::relabel(std::uint32_t i, PanopticId label) {
   Entry& e = voxels_[i];
   if (e.label == label) return;

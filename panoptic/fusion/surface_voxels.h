@@ -142,6 +142,16 @@ void SurfaceVoxels::visit_rows(std::uint32_t i, int reach, HalfWidth&& half_widt
   }
 }
 
+inline SurfaceVoxel SurfaceVoxels::operator[](std::uint32_t i) const {
+  const Entry& e = voxels_[i];
+  const std::array<std::int32_t, 3>& corner = blocks_[e.slot].corner;
+  const int v = e.voxel;
+  return {{corner[0] + v % kBlockSide, corner[1] + v / kBlockSide % kBlockSide, corner[2] + v / (kBlockSide * kBlockSide)},
+          e.label,
+          e.slot,
+          e.voxel};
+}
+
 inline std::uint32_t SurfaceVoxels::index_at(Slot slot, int row, int x) const {
   const Block& block = blocks_[slot];
   const auto r = static_cast<std::size_t>(row);
