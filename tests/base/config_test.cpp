@@ -80,6 +80,17 @@ deep.nested = "found"
   EXPECT_EQ(e, expected);
 }
 
+TEST(Config, AStringIsTakenForAListOfOne) {
+  Everything e;
+  read_toml_text("names = 'alone'", "file.toml", fields(e));
+  EXPECT_THAT(e.names, ElementsAre("alone"));
+  set_field(fields(e), "names='other.toml'");
+  EXPECT_THAT(e.names, ElementsAre("other.toml"));
+  set_field(fields(e), "names=['a', 'b']");
+  EXPECT_THAT(e.names, ElementsAre("a", "b"));
+  EXPECT_EQ(error_reading("names = 1"), "file.toml:1: 'names' must be an array");
+}
+
 TEST(Config, AbsentKeysKeepTheirValues) {
   Everything e;
   read_toml_text("count = 4", "file.toml", fields(e));

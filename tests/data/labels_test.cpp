@@ -163,6 +163,20 @@ TEST(BuiltinLabelSets, IndoorTakesWallFloorAndCeilingAsStuff) {
   EXPECT_TRUE(labels.find("chair")->is_thing);
 }
 
+TEST(BuiltinLabelSets, KnowTablesAsSupportsAndNoFloorOrWallIs) {
+  for (const char* name : {"indoor", "home", "scannet20"}) {
+    const LabelSet labels = load_label_set(name);
+    std::size_t supports = 0;
+    for (const LabelClass& c : labels.classes()) {
+      supports += c.is_support ? 1 : 0;
+      EXPECT_TRUE(!c.is_support || c.name != "floor") << name;
+      EXPECT_TRUE(c.max_size_m == 0 || (c.is_thing && c.max_size_m < 10)) << name << " " << c.name;
+    }
+    EXPECT_GT(supports, 0U) << name;
+    EXPECT_FALSE(labels.is_support(labels.find("wall")->id)) << name;
+  }
+}
+
 TEST(LoadLabelSet, ReadsAFileOfTheUser) {
   const std::filesystem::path folder = fresh_folder();
   write_file(
@@ -173,6 +187,19 @@ TEST(LoadLabelSet, ReadsAFileOfTheUser) {
   EXPECT_EQ(labels.find("robot")->color, (Rgb{1, 2, 255}));
   EXPECT_TRUE(labels.find("robot")->is_thing);
   EXPECT_TRUE(labels.is_stuff(id(2)));
+}
+
+TEST(LoadLabelSet, ReadsWhatThingsStandOnAndHowLongTheyCanBe) {
+  const std::filesystem::path folder = fresh_folder();
+  write_file(
+      folder / "mine.toml",
+      "name = 'mine'\n[[class]]\nid = 1\nname = 'desk'\nsupport = true\n[[class]]\nid = 2\nname = 'cup'\nmax_size_m = 0.25\n");
+  const LabelSet labels = load_label_set((folder / "mine.toml").string());
+  EXPECT_TRUE(labels.is_support(id(1)));
+  EXPECT_EQ(labels.find("desk")->max_size_m, 0) << "no limit";
+  EXPECT_FALSE(labels.is_support(id(2)));
+  EXPECT_EQ(labels.find("cup")->max_size_m, 0.25);
+  for (const ClassId none : {ClassId::kUnknown, id(3), id(65535)}) EXPECT_FALSE(labels.is_support(none));
 }
 
 TEST(LoadLabelSet, NamesTheFileAndWhatIsWrong) {
@@ -189,6 +216,10 @@ TEST(LoadLabelSet, NamesTheFileAndWhatIsWrong) {
               HasSubstr("set.toml:5: 'color' must be between"));
   EXPECT_THAT(error_loading(head + "[[class]]\nid = 1\nname = 'a'\n[[class]]\nid = 1\nname = 'b'"),
               HasSubstr("set.toml: label set 'x'"));
+  EXPECT_THAT(error_loading(head + "[[class]]\nid = 1\nname = 'a'\nmax_size_m = -1"),
+              HasSubstr("set.toml:5: 'max_size_m' must be between 0 and 1000, not -1"));
+  EXPECT_THAT(error_loading(head + "[[class]]\nid = 1\nname = 'a'\nsupport = 1"),
+              HasSubstr("set.toml:5: 'support' must be true or false"));
   EXPECT_THAT(error_loading(head), HasSubstr("the key 'class' is missing"));
   EXPECT_THAT(error_loading("[[class]]\nid = 1\nname = 'a'"), HasSubstr("the key 'name' is missing"));
   EXPECT_THAT(error_loading("\xff\xd8\xff"), HasSubstr("set.toml"));

@@ -152,5 +152,120 @@ TEST(ObjectRegistry, AsksForRetirementAfterManyCreations) {
   EXPECT_EQ(registry.count(), 5000U);
 }
 
+// Two objects that were one all along: the merged one is what a single object would be that had seen everything.
+TEST(ObjectRegistry, MergingGivesWhatOneObjectWouldBeThatSawEverything) {
+  std::mt19937 random(7);
+  ObjectRegistry apart(kFirst);
+  ObjectRegistry whole(kFirst);
+  const PanopticId a = *apart.create();
+  const PanopticId b = *apart.create();
+  const PanopticId one = *whole.create();
+  for (int t = 100; t > 0; --t) {
+    const float score = static_cast<float>(random() % 8 + 1) / 8;  // sums of these are exact in any order
+    Segment segment = seen(random() % 2 == 0 ? kChair : kTable, score);
+    if (random() % 2 == 0) segment.class_probabilities = {{kChair, 0.25F}, {kTable, 0.75F}};
+    const ObjectView view{t, segment.class_id, score, static_cast<std::uint32_t>(random() % 1000), {0, 0, 5, 5}};
+    const PanopticId part = random() % 3 == 0 ? a : b;
+    apart.observe(part, segment, t);
+    apart.show(part, view);
+    whole.observe(one, segment, t);
+    whole.show(one, view);
+  }
+  apart.merge(a, b);
+  const Object& merged = *apart.find(b);
+  const Object& expected = *whole.find(one);
+  EXPECT_EQ(merged.first_frame, expected.first_frame);
+  EXPECT_EQ(merged.last_frame, expected.last_frame);
+  EXPECT_EQ(merged.observations, expected.observations);
+  EXPECT_EQ(merged.score_sum, expected.score_sum);
+  EXPECT_EQ(merged.votes, expected.votes);
+  EXPECT_EQ(merged.best_views, expected.best_views);
+  EXPECT_EQ(apart.probabilities(b), whole.probabilities(one));
+  EXPECT_EQ(apart.class_of(b), whole.class_of(one));
+}
+
+TEST(ObjectRegistry, MergingWithAnObjectThatWasNeverSeenKeepsTheTimes) {
+  ObjectRegistry registry(kFirst);
+  const PanopticId seen_late = *registry.create();
+  const PanopticId never = *registry.create();
+  const PanopticId other = *registry.create();
+  registry.observe(seen_late, seen(kChair, 1), 70);
+  registry.merge(never, seen_late);
+  EXPECT_EQ(registry.find(seen_late)->first_frame, 70) << "not 0";
+  registry.merge(seen_late, other);
+  EXPECT_EQ(registry.find(other)->first_frame, 70);
+  EXPECT_EQ(registry.find(other)->last_frame, 70);
+  EXPECT_EQ(registry.class_of(other), kChair);
+}
+
+TEST(ObjectRegistry, AMergedIdIsNoObjectButResolvesToItsSurvivorThroughChains) {
+  ObjectRegistry registry(kFirst);
+  std::vector<PanopticId> ids;
+  for (int i = 0; i < 5; ++i) ids.push_back(*registry.create());
+  for (std::size_t i = 0; i < 3; ++i) registry.merge(ids[i], ids[i + 1]);
+  EXPECT_EQ(registry.count(), 2U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(registry.survivor(ids[i]), ids[3]);
+    EXPECT_EQ(registry.find(ids[i]) == nullptr, i < 3);
+  }
+  EXPECT_EQ(registry.survivor(ids[4]), ids[4]);
+  for (const PanopticId stranger : {PanopticId::kUnknown, PanopticId{kFirst - 1}, PanopticId{kFirst + 5}, PanopticId{65535}}) {
+    EXPECT_EQ(registry.survivor(stranger), stranger);
+  }
+}
+
+TEST(ObjectRegistry, ListsEveryMergedIdWithItsSurvivorAndEverySurvivorWithItsParts) {
+  ObjectRegistry registry(kFirst);
+  std::vector<PanopticId> ids;
+  for (int i = 0; i < 5; ++i) ids.push_back(*registry.create());
+  EXPECT_TRUE(registry.merged().empty());
+  registry.merge(ids[3], ids[1]);
+  registry.merge(ids[0], ids[4]);
+  registry.merge(ids[1], ids[4]);
+  using Merged = std::vector<std::pair<PanopticId, PanopticId>>;
+  EXPECT_EQ(registry.merged(), (Merged{{ids[0], ids[4]}, {ids[1], ids[4]}, {ids[3], ids[4]}}));
+  EXPECT_EQ(registry.find(ids[4])->parts, (std::vector{ids[0], ids[3], ids[1]}));
+}
+
+// Users keep ids; one that was merged must never come to mean something else.
+TEST(ObjectRegistry, NeverReusesAMergedId) {
+  ObjectRegistry registry(kFirst);
+  const PanopticId a = *registry.create();
+  const PanopticId b = *registry.create();
+  registry.merge(a, b);
+  while (registry.find(PanopticId{65534}) == nullptr) ASSERT_TRUE(registry.create());
+  EXPECT_EQ(registry.create(), std::nullopt);
+  std::vector<bool> in_use(65536, true);
+  in_use[kFirst + 7U] = false;
+  registry.retire_unused(in_use);
+  EXPECT_EQ(registry.create(), static_cast<PanopticId>(kFirst + 7));
+  EXPECT_EQ(registry.create(), std::nullopt);
+  EXPECT_EQ(registry.survivor(a), b);
+}
+
+TEST(ObjectRegistry, ARuledOutClassGivesWayToTheNextLikelyOne) {
+  ObjectRegistry registry(kFirst);
+  const PanopticId id = *registry.create();
+  registry.observe(id, {kTable, 1, {{kBed, 0.3F}, {kChair, 0.2F}, {kTable, 0.5F}}}, 0);
+  const std::vector<ClassProbability> before = registry.probabilities(id);
+  registry.rule_out(id, {kTable});
+  EXPECT_EQ(registry.class_of(id), kBed);
+  registry.rule_out(id, {kTable, kBed});
+  EXPECT_EQ(registry.class_of(id), kChair);
+  registry.rule_out(id, {kTable, kBed, kChair});
+  EXPECT_EQ(registry.class_of(id), ClassId::kUnknown);
+  EXPECT_EQ(registry.probabilities(id), before) << "the evidence stays";
+  registry.rule_out(id, {});
+  EXPECT_EQ(registry.class_of(id), kTable);
+}
+
+TEST(ObjectRegistry, WhatIsLeftWhenTheLikelyAreRuledOutMustBeMoreThanNoise) {
+  ObjectRegistry registry(kFirst);
+  const PanopticId id = *registry.create();
+  registry.observe(id, {kTable, 1, {{kChair, 0.01F}, {kTable, 0.99F}}}, 0);
+  registry.rule_out(id, {kTable});
+  EXPECT_EQ(registry.class_of(id), ClassId::kUnknown);
+}
+
 }  // namespace
 }  // namespace panoptic

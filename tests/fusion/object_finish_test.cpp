@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/fusion/object_maintenance.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "tests/fusion/maintained_world.h"
+
+namespace panoptic {
+namespace {
+
+using test::add_to;
+using test::kBag;
+using test::kChair;
+using test::kFloor;
+using test::kSofa;
+using test::kUp;
+using test::maybe_a_sofa;
+using test::solid_box;
+using test::solid_ground;
+using test::stuff;
+using test::World;
+
+PanopticId add_long_thing(World& world, double length_m, std::vector<ClassProbability> probabilities) {
+  const PanopticId id = world.seen(kBag, 20, std::move(probabilities));
+  add_to(world, {solid_box({-1, 0, 0}, {-1 + length_m, 0.4, 0.4}, id)});
+  return id;
+}
+
+TEST(ObjectMaintenance, ALongBagThatMayBeASofaBecomesASofa) {
+  World world;
+  const PanopticId id = add_long_thing(world, 1.8, maybe_a_sofa(0.2F));
+  EXPECT_EQ(world.objects.class_of(id), kBag);
+  world.run();
+  EXPECT_EQ(world.objects.class_of(id), kBag) << "while it grows nothing is ruled out";
+  world.finish();
+  EXPECT_EQ(world.objects.class_of(id), kSofa);
+  EXPECT_EQ(world.ids(), std::set{id});
+}
+
+TEST(ObjectMaintenance, AShortBagThatMayBeASofaStaysABag) {
+  World world;
+  const PanopticId id = add_long_thing(world, 0.6, maybe_a_sofa(0.4F));
+  world.finish();
+  EXPECT_EQ(world.objects.class_of(id), kBag);
+}
+
+// 1.1 m is too long for a bag, but no other class is known, and the outline may be wrong.
+TEST(ObjectMaintenance, ABagSomewhatTooLongThatCanBeNothingElseStaysABag) {
+  World world;
+  const PanopticId id = add_long_thing(world, 1.1, {{kBag, 1}});
+  world.finish();
+  EXPECT_EQ(world.objects.class_of(id), kBag);
+  EXPECT_EQ(world.ids(), std::set{id});
+}
+
+TEST(ObjectMaintenance, AnAbsurdlyLongBagThatCanBeNothingElseIsNoObject) {
+  World world;
+  const PanopticId id = add_long_thing(world, 2.0, {{kBag, 1}});
+  world.finish();
+  EXPECT_FALSE(world.ids().contains(id));
+}
+
+TEST(ObjectMaintenance, DropsStrayPiecesAndFillsThemFromAroundThem) {
+  World world;
+  const PanopticId chair = world.seen(kChair);
+  add_to(world, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({-0.8, -0.4, -0.1}, {-0.4, 0, 0.4}, chair)});
+  SurfaceVoxels surface(world.map);
+  for (std::uint32_t i = 0; i < surface.size(); ++i) {
+    const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
+    if ((p - Vec3d(0.5, 0.3, 0)).norm() < 0.1) surface.relabel(i, chair);
+  }
+  surface.write_labels(world.map);
+  ASSERT_EQ(world.at({0.5, 0.3, 0}), chair);
+  World unlevelled(MaintenanceOptions{.floor_height_m = 0});
+  unlevelled.map = std::move(world.map);
+  unlevelled.objects = world.objects;
+  unlevelled.run();
+  EXPECT_EQ(unlevelled.at({0.5, 0.3, 0}), chair) << "only at the end";
+  unlevelled.finish();
+  EXPECT_EQ(unlevelled.at({0.5, 0.3, 0}), stuff(kFloor));
+  EXPECT_EQ(unlevelled.at({-0.6, -0.2, 0.4}), chair);
+}
+
+TEST(ObjectMaintenance, DropsRarelySeenObjectsAndFillsThem) {
+  for (const int times : {4, 5}) {
+    World world(MaintenanceOptions{.floor_height_m = 0});
+    const PanopticId rare = world.seen(kChair, times);
+    const PanopticId often = world.seen(kSofa, 50);
+    add_to(world, {solid_box({-0.6, 0, 0}, {0, 0.6, 0.4}, often), solid_box({-0.4, 0.2, 0.2}, {-0.2, 0.4, 0.41}, rare)});
+    ASSERT_EQ(world.at({-0.3, 0.3, 0.41}), rare);
+    world.finish();
+    EXPECT_EQ(world.at({-0.3, 0.3, 0.41}), times == 4 ? often : rare);
+  }
+}
+
+TEST(ObjectMaintenance, AsksForFewerObservationsInShortRecordings) {
+  for (const std::uint64_t frames : {40U, 120U}) {  // 1 of 40: once, three times
+    World world;
+    const PanopticId twice = world.seen(kChair, 2);
+    add_to(world, {solid_box({0, 0, 0}, {0.4, 0.4, 0.4}, twice)});
+    world.finish(frames);
+    EXPECT_EQ(world.ids().contains(twice), frames == 40);
+  }
+}
+
+// What nothing surrounds becomes unknown, and what is unknown and large a thing without a class.
+TEST(ObjectMaintenance, ADroppedObjectThatStandsAloneIsNoLongerThatObject) {
+  World world;
+  const PanopticId rare = world.seen(kChair, 1);
+  add_to(world, {solid_box({0, 0, 0}, {0.1, 0.1, 0.1}, rare), solid_box({-0.8, 0, 0}, {-0.2, 0.4, 0.4}, rare)});
+  world.finish();
+  EXPECT_EQ(world.count(rare), 0U);
+}
+
+TEST(ObjectMaintenance, LevelsTheFloor) {
+  World world;
+  const PanopticId chair = world.seen(kChair);
+  add_to(world, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({-0.4, -0.4, -0.1}, {0, 0, 0.4}, chair)});
+  SurfaceVoxels surface(world.map);
+  for (std::uint32_t i = 0; i < surface.size(); ++i) {
+    const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
+    if (p.x() > 0 && p.x() < 0.3 && p.y() < 0 && p.z() < 0.05) surface.relabel(i, chair);  // its shadow
+  }
+  surface.write_labels(world.map);
+  ASSERT_EQ(world.at({0.2, -0.2, 0}), chair);
+  world.finish();
+  EXPECT_EQ(world.at({0.2, -0.2, 0}), stuff(kFloor));
+  EXPECT_EQ(world.at({-0.2, -0.2, 0.4}), chair) << "its seat is level, but no floor";
+  EXPECT_EQ(world.at({-0.4, -0.2, 0.2}), chair) << "its side";
+}
+
+TEST(ObjectMaintenance, NamesLargeUnknownRegionsAndNotSmallOnes) {
+  World world;
+  add_to(world, {solid_box({-0.6, 0, 0}, {-0.2, 0.4, 0.4}, PanopticId::kUnknown),
+                 solid_box({0.3, 0, 0}, {0.4, 0.1, 0.1}, PanopticId::kUnknown)});
+  world.run();
+  EXPECT_TRUE(world.ids().empty()) << "only at the end";
+  world.finish();
+  ASSERT_EQ(world.ids().size(), 1U);
+  EXPECT_EQ(world.at({-0.4, 0.2, 0.4}), *world.ids().begin());
+  EXPECT_EQ(world.at({0.35, 0.05, 0.1}), PanopticId::kUnknown);
+  EXPECT_EQ(world.objects.find(*world.ids().begin())->observations, 0U);
+}
+
+TEST(ObjectMaintenance, DropsSmallThingsThatNoMaskEverShowed) {
+  for (const double edge_m : {0.05, 0.3}) {
+    World world;
+    const PanopticId thing = *world.objects.create();
+    add_to(world, {solid_box({0, 0, 0}, Vec3d::Constant(edge_m), thing)});
+    world.finish();
+    EXPECT_EQ(world.ids().contains(thing), edge_m == 0.3);
+  }
+}
+
+}  // namespace
+}  // namespace panoptic
