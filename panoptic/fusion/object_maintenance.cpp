@@ -173,10 +173,12 @@ std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const 
   std::vector<std::uint32_t> things;
   for (Slot slot = 0; slot < pass.surface.block_count(); ++slot) {
     const auto [first, end] = pass.surface.range_of(slot);
-    if (first == end || !may_stand_on(top, pass.surface.corner_of(slot), voxel_m, options_.carve_height_m)) continue;
+    const auto corner = pass.surface.corner_of(slot);
+    if (first == end || !may_stand_on(top, corner, voxel_m, options_.carve_height_m)) continue;
+    const bool over = may_be_over(top, corner, voxel_m);
     for (std::uint32_t i = first; i < end; ++i) {
       const PanopticId label = pass.surface.label(i);
-      if (label != support && !unnamed[number(label)]) continue;
+      if (label != support && (!over || !unnamed[number(label)])) continue;
       const Vec3d p = place_m(pass.surface[i], voxel_m);
       if (stands_on(top, p, options_.carve_height_m, label != support)) things.push_back(i);
     }

@@ -15,13 +15,6 @@ namespace {
 
 constexpr std::size_t kLabels = 65536;
 
-// Much faster than to look every label up, and most blocks hold nothing but walls and floors.
-bool has_between(const std::array<std::uint16_t, kBlockVoxels>& labels, std::uint16_t lowest, std::uint16_t highest) {
-  unsigned found = 0;
-  for (const std::uint16_t label : labels) found |= static_cast<unsigned>((label >= lowest) & (label <= highest));
-  return found != 0;
-}
-
 using Counts = std::vector<std::pair<PanopticId, int>>;
 
 // The most frequent label around a hole, other holes left out; kNoVote where there is nothing. `counts` is for reuse.
@@ -62,22 +55,24 @@ std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t,
 Renaming::Renaming() : new_label_(kLabels) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
 
 void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
-  std::uint16_t lowest = kLabels - 1;
-  std::uint16_t highest = 0;
+  std::uint64_t before = 0;
+  std::uint64_t after = 0;
   for (std::size_t label = 0; label < kLabels; ++label) {
     if (new_label_[label] == label) continue;
-    lowest = std::min(lowest, static_cast<std::uint16_t>(label));
-    highest = std::max(highest, static_cast<std::uint16_t>(label));
+    before |= SurfaceVoxels::label_bit(static_cast<std::uint16_t>(label));
+    after |= SurfaceVoxels::label_bit(new_label_[label]);
   }
   std::vector<char> changed(map.block_count(), 0);
-  parallel_for(changed.size(), [&](std::size_t slot) {
-    auto& labels = map.block(static_cast<Slot>(slot)).label;
-    if (!has_between(labels, lowest, highest)) return;
-    for (std::uint16_t& label : labels) {
+  parallel_for(changed.size(), [&](std::size_t i) {
+    const auto slot = static_cast<Slot>(i);
+    // Most blocks hold none of them; to know it saves reading their labels.
+    if ((surface.label_bits(slot) & before) == 0) return;
+    for (std::uint16_t& label : map.block(slot).label) {
       if (new_label_[label] == label) continue;
       label = new_label_[label];
       changed[slot] = 1;
     }
+    surface.add_label_bits(slot, after);
   });
   for (std::size_t slot = 0; slot < changed.size(); ++slot) {
     if (changed[slot] != 0) map.mark_changed(static_cast<Slot>(slot));

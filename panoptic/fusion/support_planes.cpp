@@ -18,21 +18,41 @@ constexpr double kHighest_m = 0.6;
 
 }  // namespace
 
-Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& p) {
-  const int v = p.voxel;
-  const int c[3] = {v % kBlockSide, v / kBlockSide % kBlockSide, v / (kBlockSide * kBlockSide)};
-  const int step[3] = {1, kBlockSide, kBlockSide * kBlockSide};
-  const VoxelBlock& block = map.block(p.slot);
-  Vec3d n = Vec3d::Zero();
+namespace {
+
+// Before and after a voxel along an axis, within its block.
+std::pair<std::size_t, std::size_t> around(std::uint16_t voxel, int axis) {
+  const int step = axis == 0 ? 1 : axis == 1 ? kBlockSide : kBlockSide * kBlockSide;
+  const int c = voxel / step % kBlockSide;
+  const int v = voxel;
+  return {static_cast<std::size_t>(c == 0 ? v : v - step), static_cast<std::size_t>(c == kBlockSide - 1 ? v : v + step)};
+}
+
+bool neighbours_observed(const VoxelBlock& block, std::uint16_t voxel) {
   for (int a = 0; a < 3; ++a) {
-    const auto before = static_cast<std::size_t>(c[a] == 0 ? v : v - step[a]);
-    const auto after = static_cast<std::size_t>(c[a] == kBlockSide - 1 ? v : v + step[a]);
-    if (block.weight[before] <= 0 || block.weight[after] <= 0) return Vec3d::Zero();
-    n[a] = (double{block.distance[after]} - block.distance[before]) /
-           static_cast<double>((after - before) / static_cast<std::size_t>(step[a]));
+    const auto [before, after] = around(voxel, a);
+    if (block.weight[before] <= 0 || block.weight[after] <= 0) return false;
+  }
+  return true;
+}
+
+// Right if the neighbours were observed.
+Vec3d unchecked_normal(const VoxelBlock& block, std::uint16_t voxel) {
+  Vec3d n;
+  for (int a = 0; a < 3; ++a) {
+    const auto [before, after] = around(voxel, a);
+    const bool at_edge = before == voxel || after == voxel;
+    n[a] = (double{block.distance[after]} - block.distance[before]) / (at_edge ? 1 : 2);
   }
   const double length = n.norm();
   return length > 0 ? Vec3d(n / length) : n;
+}
+
+}  // namespace
+
+Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& p) {
+  const VoxelBlock& block = map.block(p.slot);
+  return neighbours_observed(block, p.voxel) ? unchecked_normal(block, p.voxel) : Vec3d(Vec3d::Zero());
 }
 
 namespace {
@@ -44,7 +64,7 @@ std::uint64_t cell_key(int east, int north) {
 }
 
 // The cells of the points that lie in the top, and those around them: a top is seldom seen without gaps.
-std::unordered_set<std::uint64_t> footprint_of(const SupportTop& top, std::span<const Vec3d> points, double inlier_m) {
+void add_footprint(SupportTop& top, std::span<const Vec3d> points, double inlier_m) {
   std::vector<std::pair<int, int>> seen;
   for (const Vec3d& p : points) {
     if (std::abs(top.height_above(p)) > inlier_m) continue;
@@ -53,16 +73,16 @@ std::unordered_set<std::uint64_t> footprint_of(const SupportTop& top, std::span<
   }
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  std::unordered_set<std::uint64_t> cells;
   for (const auto& [east, north] : seen) {
+    top.bounds_m.extend(Eigen::Vector2d(east - 2, north - 2) * kCell_m);
+    top.bounds_m.extend(Eigen::Vector2d(east + 3, north + 3) * kCell_m);
     for (int n = 0; n < 9; ++n) {
       const int de = n % 3 - 1;
       const int dn = n / 3 - 1;
-      cells.insert(cell_key(east + de, north + dn));
-      cells.insert(cell_key(east + 2 * de, north + 2 * dn));
+      top.cells.insert(cell_key(east + de, north + dn));
+      top.cells.insert(cell_key(east + 2 * de, north + 2 * dn));
     }
   }
-  return cells;
 }
 
 }  // namespace
@@ -78,14 +98,23 @@ Vec3d vertical(const VoxelMap& map, const SurfaceVoxels& surface, const Vec3d& u
   parallel_for(surface.block_count(), [&](std::size_t slot) {
     const auto [first, end] = surface.range_of(static_cast<Slot>(slot));
     for (std::uint32_t i = (first + kEvery - 1) / kEvery * kEvery; i < end; i += kEvery) {
-      normals[i / kEvery] = normal_of(map, surface[i]);
+      normals[i / kEvery] = unchecked_normal(map.block(static_cast<Slot>(slot)), surface.place_of(i).second);
     }
   });
+  // Most normals never come near the direction, and to look at the weights takes as long as the normal.
+  std::vector<bool> checked(normals.size(), false);
+  const auto check = [&](std::size_t k) {
+    const auto [slot, voxel] = surface.place_of(static_cast<std::uint32_t>(k) * kEvery);
+    if (!neighbours_observed(map.block(slot), voxel)) normals[k] = Vec3d::Zero();
+    checked[k] = true;
+  };
   Vec3d direction = up;
   for (const double cosine : kCosines) {
     Vec3d sum = Vec3d::Zero();
-    for (const Vec3d& n : normals) {
-      if (n.dot(direction) > cosine) sum += n;
+    for (std::size_t k = 0; k < normals.size(); ++k) {
+      if (!(normals[k].dot(direction) > cosine)) continue;
+      if (!checked[k]) check(k);
+      sum += normals[k];
     }
     if (sum.norm() > 0) direction = sum.normalized();
   }
@@ -148,12 +177,27 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
     top.slope_east = x[1];
     top.slope_north = x[2];
   }
-  top.cells = footprint_of(top, level, kInlier_m);
+  add_footprint(top, level, kInlier_m);
   return top;
 }
 
+namespace {
+
+Vec3d centre_m(const std::array<std::int32_t, 3>& corner, double voxel_m) {
+  return (Vec3d(corner[0], corner[1], corner[2]) + Vec3d::Constant(kBlockSide / 2.0)) * voxel_m;
+}
+
+}  // namespace
+
+bool may_be_over(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m) {
+  const Vec3d centre = centre_m(corner, voxel_m);
+  const double radius_m = kBlockSide * voxel_m;  // a little more than half of the diagonal
+  return top.bounds_m.squaredExteriorDistance(Eigen::Vector2d(centre.dot(top.east), centre.dot(top.north))) <=
+         radius_m * radius_m;
+}
+
 bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m, double height_m) {
-  const Vec3d centre = (Vec3d(corner[0], corner[1], corner[2]) + Vec3d::Constant(kBlockSide / 2.0)) * voxel_m;
+  const Vec3d centre = centre_m(corner, voxel_m);
   // How much the height can differ within the block; and two voxels more, as a voxel may stand for a place a little off.
   const Vec3d gradient = top.up - top.slope_east * top.east - top.slope_north * top.north;
   const double slack_m = (gradient.lpNorm<1>() * kBlockSide / 2 + 2) * voxel_m;

@@ -28,6 +28,7 @@ struct SupportTop {
   double slope_east = 0;
   double slope_north = 0;
   std::unordered_set<std::uint64_t> cells;  // of the footprint
+  Eigen::AlignedBox2d bounds_m;             // around it, along east and north
 
   double height_above(const Vec3d& p) const;
   bool below(const Vec3d& p) const;  // is the top under this place?
@@ -41,8 +42,9 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
 // only over what was seen of it.
 bool stands_on(const SupportTop& top, const Vec3d& p, double height_m, bool within_footprint);
 
-// Is there a place in the block with this lowest voxel (as SurfaceVoxel::at) that may stand out of a top by this? Never wrongly
-// no.
+// Is there a place in the block with this lowest voxel (as SurfaceVoxel::at) that may be over the footprint of a top, and one
+// that may stand out of it by this? Never wrongly no.
+bool may_be_over(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_size_m);
 bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_size_m, double height_m);
 
 // Outward, from the distances of the neighbours within the block; zero where they were not observed.

@@ -29,6 +29,17 @@ BlockBits surface_of(const VoxelBlock& block, float band_m) {
   return bits;
 }
 
+std::uint64_t labels_in(const VoxelBlock& block) {
+  std::uint64_t bits = 0;
+  std::uint16_t last = 0;
+  for (const std::uint16_t label : block.label) {
+    if (label == last) continue;  // labels come in long runs
+    bits |= SurfaceVoxels::label_bit(last);
+    last = label;
+  }
+  return bits | SurfaceVoxels::label_bit(last);
+}
+
 // Calls visit(x) for every bit, ascending.
 template <typename Visit>
 void visit_bits(unsigned bits, Visit&& visit) {
@@ -64,6 +75,7 @@ void SurfaceVoxels::update(const VoxelMap& map) {
     if (map.changed_at(static_cast<Slot>(slot)) <= seen_epoch_) return;
     Block& block = blocks_[slot];
     block.surface = surface_of(map.block(static_cast<Slot>(slot)), band_m);
+    block.label_bits = labels_in(map.block(static_cast<Slot>(slot)));
     block.count = 0;
     for (std::size_t row = 0; row < block.surface.size(); ++row) {
       block.before[row] = static_cast<std::uint16_t>(block.count);

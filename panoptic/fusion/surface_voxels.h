@@ -41,7 +41,7 @@ class SurfaceVoxels {
   explicit SurfaceVoxels(const VoxelMap& map) { update(map); }
 
   // As made anew, but fast for the map of the last time: where blocks were not marked as changed since, the surface is known.
-  // Labels are always read again.
+  // Labels of the surface are always read again.
   void update(const VoxelMap& map);
 
   std::size_t size() const { return voxels_.size(); }
@@ -54,6 +54,12 @@ class SurfaceVoxels {
   std::array<std::int32_t, 3> corner_of(Slot slot) const { return blocks_[slot].corner; }  // its lowest voxel, as `at`
   // The first surface voxel of a block and one past its last.
   std::pair<std::uint32_t, std::uint32_t> range_of(Slot slot) const { return {first_of_slot_[slot], first_of_slot_[slot + 1]}; }
+
+  // Bit n % 64 is set if the map holds a label n in this block, surface or not; seldom, if it holds none such.
+  std::uint64_t label_bits(Slot slot) const { return blocks_[slot].label_bits; }
+  static std::uint64_t label_bit(std::uint16_t label) { return std::uint64_t{1} << (label % 64); }
+  // The map's labels were renamed, and the block may now hold these too.
+  void add_label_bits(Slot slot, std::uint64_t bits) { blocks_[slot].label_bits |= bits; }
 
   VoxelsByLabel by_label() const;
   // Only of the labels for which `wanted` says so; it is asked once for every label of the surface, in ascending order.
@@ -87,6 +93,7 @@ class SurfaceVoxels {
     BlockBits surface{};
     BlockBits before{};  // by row: surface voxels in the rows before it
     std::uint32_t count = 0;
+    std::uint64_t label_bits = 0;
   };
 
   void meet_new_blocks(const VoxelMap& map);
