@@ -95,8 +95,8 @@ std::vector<Between> neighbours(int pixels, int cells, double cells_per_px) {
   return result;
 }
 
-// The first network's scores, with room for the classes of all.
-ClassScores with_classes_of_all(const std::vector<ClassScores>& networks) {
+// The first network's part of the mean, with room for the classes of all.
+ClassScores with_classes_of_all(const std::vector<ClassScores>& networks, float part) {
   const ClassScores& first = networks[0];
   ClassScores all = {first.classes, first.width, first.height, first.cells_per_px_x, first.cells_per_px_y, {}};
   for (const ClassScores& network : networks) {
@@ -108,12 +108,14 @@ ClassScores with_classes_of_all(const std::vector<ClassScores>& networks) {
   const std::size_t to = all.classes.size();
   const std::size_t cells = first.values.size() / from;
   all.values.resize(cells * to, 0.0F);
-  for (std::size_t i = 0; i < cells; ++i) std::copy_n(&first.values[i * from], from, &all.values[i * to]);
+  for (std::size_t i = 0; i < cells; ++i) {
+    for (std::size_t k = 0; k < from; ++k) all.values[i * to + k] = first.values[i * from + k] * part;
+  }
   return all;
 }
 
-// Adds what a coarser network says, between its cells, to each cell of the sum.
-void add(const ClassScores& network, ClassScores& sum) {
+// Adds the part of a coarser network, between its cells, to each cell of the sum.
+void add(const ClassScores& network, float part, ClassScores& sum) {
   std::vector<std::size_t> position;
   for (const ClassId id : network.classes) {
     position.push_back(static_cast<std::size_t>(std::find(sum.classes.begin(), sum.classes.end(), id) - sum.classes.begin()));
@@ -135,7 +137,7 @@ void add(const ClassScores& network, ClassScores& sum) {
       for (std::size_t k = 0; k < from; ++k) {
         const float above = upper[0][k] + (upper[1][k] - upper[0][k]) * x.share;
         const float below = lower[0][k] + (lower[1][k] - lower[0][k]) * x.share;
-        out[position[k]] += above + (below - above) * y.share;
+        out[position[k]] += (above + (below - above) * y.share) * part;
       }
       out += to;
     }
@@ -167,9 +169,10 @@ ClassScores average(std::vector<ClassScores> networks, float unknown_share) {
     return a.width * a.height < b.width * b.height;
   });
   std::iter_swap(networks.begin(), finest);
-  ClassScores result = networks.size() == 1 ? std::move(networks[0]) : with_classes_of_all(networks);
+  const float part = 1.0F / static_cast<float>(networks.size());
+  ClassScores result = networks.size() == 1 ? std::move(networks[0]) : with_classes_of_all(networks, part);
   const std::size_t count = result.classes.size();
-  for (std::size_t n = 1; n < networks.size(); ++n) add(networks[n], result);
+  for (std::size_t n = 1; n < networks.size(); ++n) add(networks[n], part, result);
   for (std::size_t i = 0; i < result.values.size(); i += count) result.values[i] *= unknown_share;
   return result;
 }

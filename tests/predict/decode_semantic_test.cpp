@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -135,6 +136,76 @@ TEST(SemanticLogits, RefusesOutputsOfAnotherKind) {
                 decode_semantic_logits({Tensor{{1, 6}, std::vector<float>(6)}}, context);
               }),
               HasSubstr("tiny.toml"));
+}
+
+// Probabilities at random, of as many classes, on a grid that covers the same image as every other grid of this ratio.
+ClassScores random_scores(std::vector<ClassId> classes, int width, int height, double cells_per_px, unsigned seed) {
+  std::mt19937 random(seed);
+  ClassScores scores{std::move(classes), width, height, cells_per_px, cells_per_px, {}};
+  const std::size_t cells = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  for (std::size_t i = 0; i < cells; ++i) {
+    float sum = 0;
+    std::vector<float> cell;
+    for (std::size_t k = 0; k < scores.classes.size(); ++k) sum += cell.emplace_back(static_cast<float>(random() % 1000 + 1));
+    for (const float p : cell) scores.values.push_back(p / sum);
+  }
+  return scores;
+}
+
+// What a network says of a class at a place of its own grid, between cells; 0 of a class that it does not know.
+double naive_at(const ClassScores& scores, ClassId id, double x, double y) {
+  const auto found = std::find(scores.classes.begin(), scores.classes.end(), id);
+  if (found == scores.classes.end()) return 0;
+  const auto k = static_cast<std::size_t>(found - scores.classes.begin());
+  x = std::clamp(x, 0.0, scores.width - 1.0);
+  y = std::clamp(y, 0.0, scores.height - 1.0);
+  double sum = 0;
+  for (int v = 0; v < scores.height; ++v) {
+    for (int u = 0; u < scores.width; ++u) {
+      const double share = std::max(0.0, 1 - std::abs(x - u)) * std::max(0.0, 1 - std::abs(y - v));
+      sum += share * double{scores.values[static_cast<std::size_t>(v * scores.width + u) * scores.classes.size() + k]};
+    }
+  }
+  return sum;
+}
+
+TEST(Average, IsTheMeanOfWhatTheNetworksSayInEveryCellOfTheFinestGrid) {
+  constexpr float kUnknownShare = 0.7F;
+  constexpr auto kC = static_cast<ClassId>(2);
+  const std::vector<ClassScores> networks = {random_scores({ClassId::kUnknown, kA, kB}, 5, 4, 0.25, 1),
+                                             random_scores({ClassId::kUnknown, kC, kB, kA}, 15, 12, 0.75, 2),
+                                             random_scores({ClassId::kUnknown, kC}, 10, 8, 0.5, 3)};
+  for (std::size_t count = 1; count <= networks.size(); ++count) {
+    const std::vector<ClassScores> some(networks.begin(), networks.begin() + static_cast<std::ptrdiff_t>(count));
+    const ClassScores mean = average(some, kUnknownShare);
+    const ClassScores& finest = count == 1 ? networks[0] : networks[1];
+    ASSERT_EQ(mean.width, finest.width);
+    ASSERT_EQ(mean.height, finest.height);
+    EXPECT_EQ(mean.cells_per_px_x, finest.cells_per_px_x);
+    ASSERT_EQ(mean.classes.size(), count == 1 ? 3U : 4U);
+    ASSERT_EQ(mean.classes[0], ClassId::kUnknown);
+    for (std::size_t i = 0; i < mean.values.size(); ++i) {
+      const std::size_t cell = i / mean.classes.size();
+      const ClassId id = mean.classes[i % mean.classes.size()];
+      const double x = (static_cast<double>(cell % static_cast<std::size_t>(mean.width)) + 0.5) / mean.cells_per_px_x;
+      const double y = (static_cast<double>(cell / static_cast<std::size_t>(mean.width)) + 0.5) / mean.cells_per_px_y;
+      double expected = 0;
+      for (const ClassScores& network : some) {
+        expected += naive_at(network, id, x * network.cells_per_px_x - 0.5, y * network.cells_per_px_y - 0.5);
+      }
+      expected *= (id == ClassId::kUnknown ? double{kUnknownShare} : 1.0) / static_cast<double>(count);
+      ASSERT_NEAR(mean.values[i], expected, 1e-5) << count << " networks, cell " << cell << ", class " << number(id);
+    }
+  }
+}
+
+TEST(Average, DoesNotDependOnTheOrderOfTheNetworks) {
+  const ClassScores coarse = random_scores({ClassId::kUnknown, kA, kB}, 5, 4, 0.25, 4);
+  const ClassScores fine = random_scores({ClassId::kUnknown, kB}, 20, 16, 1, 5);
+  const ClassScores one = average({coarse, fine}, 0.5F);
+  const ClassScores other = average({fine, coarse}, 0.5F);
+  EXPECT_EQ(one.classes, other.classes);
+  EXPECT_EQ(one.values, other.values);
 }
 
 TEST(Decoders, AreFoundByTaskAndName) {

@@ -73,6 +73,23 @@ TEST(Predictions, ComeBackExactlyAsWritten) {
   EXPECT_TRUE(predictor->labels().is_stuff(kWall));
 }
 
+TEST(Predictions, KeepWhatWasNotToldApartAndWhatClassesCanBe) {
+  const std::filesystem::path folder = fresh_folder();
+  const LabelSet room("room", {{kWall, "wall", false, {}, 0, false},
+                               {kChair, "chair", true, {}, 1.6, false},
+                               {kCup, "table", true, {}, 0.1 + 0.2, true}});
+  Segmentation written = random_segmentation(3);
+  for (std::size_t i = 0; i < written.segments.size(); i += 3) written.segments[i].is_whole_class = true;
+  PredictionWriter(folder, room, "test").write(4, written);
+  const auto predictor = make_file_predictor(folder);
+  EXPECT_EQ(predictor->predict(frame_number(4)), written);
+  ASSERT_EQ(predictor->labels().classes().size(), 3U);
+  for (const LabelClass& c : room.classes()) {
+    EXPECT_EQ(predictor->labels().find(c.id)->max_size_m, c.max_size_m) << c.name;
+    EXPECT_EQ(predictor->labels().is_support(c.id), c.is_support) << c.name;
+  }
+}
+
 TEST(Predictions, AreEmptyForFramesThatWereNotWritten) {
   const std::filesystem::path folder = fresh_folder();
   PredictionWriter writer(folder, labels(), "test");
@@ -136,6 +153,8 @@ TEST(Predictions, RefuseAWrongIndexFile) {
   EXPECT_THAT(refusal([](Json& j) { j["label_set"]["classes"][1]["id"] = 0; }), HasSubstr("label_set.classes[1].id"));
   EXPECT_THAT(refusal([](Json& j) { j["label_set"]["classes"][1]["id"] = 3; }), HasSubstr("share id 3"));
   EXPECT_THAT(refusal([](Json& j) { j["label_set"]["classes"][0]["color"] = {1, 2}; }), HasSubstr("red, green, blue"));
+  EXPECT_THAT(refusal([](Json& j) { j["label_set"]["classes"][0]["max_size_m"] = -1; }), HasSubstr("max_size_m"));
+  EXPECT_THAT(refusal([](Json& j) { j["label_set"]["classes"][0]["is_support"] = 2; }), HasSubstr("is_support"));
   EXPECT_THAT(refusal([](Json& j) { j = Json::array(); }), HasSubstr("the whole must be an object"));
 }
 
@@ -159,6 +178,7 @@ TEST(Predictions, RefuseAWrongFrameFile) {
   EXPECT_THAT(refusal([](Json& j) { j["segments"][1]["score"] = 1.5; }), HasSubstr("segments[1].score"));
   EXPECT_THAT(refusal([](Json& j) { j["segments"][0]["class_probabilities"][1]["class_id"] = 7; }),
               HasSubstr("above the one before"));
+  EXPECT_THAT(refusal([](Json& j) { j["segments"][2]["is_whole_class"] = "yes"; }), HasSubstr("segments[2].is_whole_class"));
   EXPECT_THAT(refusal([](Json& j) { j["segments"] = Json::array(); }), HasSubstr("segment"));
   write_file(file, std::string_view("{\"frame\": 5, \"segm"));
   EXPECT_THAT(error_of([&] { predictor->predict(frame_number(5)); }), HasSubstr("000005.json"));
