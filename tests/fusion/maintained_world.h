@@ -42,7 +42,7 @@ struct World {
 
   explicit World(const MaintenanceOptions& options = {}) : maintenance(options, labels()) {}
 
-  PanopticId seen(ClassId class_id, int times = 20, std::vector<ClassProbability> probabilities = {}) {
+  PanopticId seen(ClassId class_id, int times = 20, const std::vector<ClassProbability>& probabilities = {}) {
     const PanopticId id = *objects.create();
     for (int t = 0; t < times; ++t) objects.observe(id, {class_id, 0.5F, probabilities}, t);
     return id;

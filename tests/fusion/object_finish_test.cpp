@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <utility>
+#include <vector>
 
 #include "tests/fusion/maintained_world.h"
 
@@ -23,8 +23,8 @@ using test::solid_ground;
 using test::stuff;
 using test::World;
 
-PanopticId add_long_thing(World& world, double length_m, std::vector<ClassProbability> probabilities) {
-  const PanopticId id = world.seen(kBag, 20, std::move(probabilities));
+PanopticId add_long_thing(World& world, double length_m, const std::vector<ClassProbability>& probabilities) {
+  const PanopticId id = world.seen(kBag, 20, probabilities);
   add_to(world, {solid_box({-1, 0, 0}, {-1 + length_m, 0.4, 0.4}, id)});
   return id;
 }
