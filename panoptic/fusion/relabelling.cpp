@@ -36,17 +36,18 @@ PanopticId label_around(std::uint32_t hole, const SurfaceVoxels& surface, const 
   return best == counts.end() ? PanopticId::kNoVote : best->first;
 }
 
-// The holes next to these voxels, ascending.
+// The holes next to these voxels, each once. `listed` has no voxel before and after.
 std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t, PanopticId>> filled,
-                                        const SurfaceVoxels& surface, const std::vector<bool>& open) {
+                                        const SurfaceVoxels& surface, const std::vector<bool>& open, std::vector<bool>& listed) {
   std::vector<std::uint32_t> holes;
   for (const auto& [voxel, label] : filled) {
     surface.visit_near(voxel, 1, [&](std::uint32_t neighbour) {
-      if (open[neighbour]) holes.push_back(neighbour);
+      if (!open[neighbour] || listed[neighbour]) return;
+      listed[neighbour] = true;
+      holes.push_back(neighbour);
     });
   }
-  std::sort(holes.begin(), holes.end());
-  holes.erase(std::unique(holes.begin(), holes.end()), holes.end());
+  for (const std::uint32_t hole : holes) listed[hole] = false;
   return holes;
 }
 
@@ -62,27 +63,35 @@ void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
     before |= SurfaceVoxels::label_bit(static_cast<std::uint16_t>(label));
     after |= SurfaceVoxels::label_bit(new_label_[label]);
   }
+  const std::uint16_t* table = new_label_.data();
   std::vector<char> changed(map.block_count(), 0);
   parallel_for(changed.size(), [&](std::size_t i) {
     const auto slot = static_cast<Slot>(i);
     // Most blocks hold none of them; to know it saves reading their labels.
     if ((surface.label_bits(slot) & before) == 0) return;
+    int stays = -1;  // the label of the last voxel that keeps its own: labels come in long runs
     for (std::uint16_t& label : map.block(slot).label) {
-      if (new_label_[label] == label) continue;
-      label = new_label_[label];
+      if (label == stays) continue;
+      const std::uint16_t renamed = table[label];
+      if (renamed == label) {
+        stays = label;
+        continue;
+      }
+      label = renamed;
       changed[slot] = 1;
     }
+    const auto [first, end] = surface.range_of(slot);
+    for (std::uint32_t v = first; v < end; ++v) surface.relabel(v, of(surface.label(v)));
     surface.add_label_bits(slot, after);
   });
   for (std::size_t slot = 0; slot < changed.size(); ++slot) {
     if (changed[slot] != 0) map.mark_changed(static_cast<Slot>(slot));
   }
-  for (std::uint32_t i = 0; i < surface.size(); ++i) surface.relabel(i, of(surface.label(i)));
 }
 
 void fill_from_neighbours(std::vector<std::uint32_t> holes, SurfaceVoxels& surface) {
-  std::sort(holes.begin(), holes.end());
   std::vector<bool> open(surface.size(), false);
+  std::vector<bool> listed(surface.size(), false);
   for (const std::uint32_t hole : holes) {
     open[hole] = true;
     surface.relabel(hole, PanopticId::kUnknown);
@@ -99,7 +108,7 @@ void fill_from_neighbours(std::vector<std::uint32_t> holes, SurfaceVoxels& surfa
       open[hole] = false;
     }
     // Only there is anything new to see.
-    holes = holes_around(filled, surface, open);
+    holes = holes_around(filled, surface, open, listed);
   }
 }
 

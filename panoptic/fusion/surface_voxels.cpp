@@ -71,8 +71,10 @@ void SurfaceVoxels::update(const VoxelMap& map) {
   map_ = &map;
   meet_new_blocks(map);
   const float band_m = kBand_voxels * map.voxel_size_m();
+  std::vector<char> is_known(blocks_.size(), 1);
   parallel_for(blocks_.size(), [&](std::size_t slot) {
     if (map.changed_at(static_cast<Slot>(slot)) <= seen_epoch_) return;
+    is_known[slot] = 0;
     Block& block = blocks_[slot];
     block.surface = surface_of(map.block(static_cast<Slot>(slot)), band_m);
     block.label_bits = labels_in(map.block(static_cast<Slot>(slot)));
@@ -83,15 +85,25 @@ void SurfaceVoxels::update(const VoxelMap& map) {
     }
   });
   seen_epoch_ = map.epoch();
-  first_of_slot_.assign(1, 0);
+  collect(map, is_known);
+}
+
+// Of blocks that are known, the voxels are those of the last time.
+void SurfaceVoxels::collect(const VoxelMap& map, const std::vector<char>& is_known) {
+  const std::vector<Entry> known = std::exchange(voxels_, {});
+  const std::vector<std::uint32_t> known_first = std::exchange(first_of_slot_, {0});
   for (const Block& block : blocks_) first_of_slot_.push_back(first_of_slot_.back() + block.count);
   voxels_.resize(first_of_slot_.back());
   relabelled_.assign(blocks_.size(), 0);
   parallel_for(blocks_.size(), [&](std::size_t i) {
     const auto slot = static_cast<Slot>(i);
+    Entry* next = voxels_.data() + first_of_slot_[slot];
+    if (is_known[slot] != 0) {
+      std::copy_n(known.data() + known_first[slot], blocks_[slot].count, next);
+      return;
+    }
     if (blocks_[slot].count == 0) return;
     const auto& labels = map.block(slot).label;
-    Entry* next = voxels_.data() + first_of_slot_[slot];
     for (std::size_t row = 0; row < kBlockRows; ++row) {
       visit_bits(blocks_[slot].surface[row], [&](int x) {
         const std::size_t voxel = row * kBlockSide + static_cast<std::size_t>(x);
@@ -106,6 +118,7 @@ void SurfaceVoxels::relabel(std::uint32_t i, PanopticId label) {
   if (e.label == label) return;
   e.label = label;
   relabelled_[e.slot] = 1;
+  blocks_[e.slot].label_bits |= label_bit(number(label));
 }
 
 VoxelsByLabel SurfaceVoxels::by_label() const {

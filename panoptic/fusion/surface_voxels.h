@@ -40,15 +40,15 @@ class SurfaceVoxels {
   SurfaceVoxels() = default;
   explicit SurfaceVoxels(const VoxelMap& map) { update(map); }
 
-  // As made anew, but fast for the map of the last time: where blocks were not marked as changed since, the surface is known.
-  // Labels of the surface are always read again.
+  // As made anew, but fast for the map of the last time: blocks that were not marked as changed since are not read again. What
+  // was relabelled must have been written to that map.
   void update(const VoxelMap& map);
 
   std::size_t size() const { return voxels_.size(); }
   SurfaceVoxel operator[](std::uint32_t i) const;
   std::pair<Slot, std::uint16_t> place_of(std::uint32_t i) const { return {voxels_[i].slot, voxels_[i].voxel}; }
   PanopticId label(std::uint32_t i) const { return voxels_[i].label; }
-  void relabel(std::uint32_t i, PanopticId label);
+  void relabel(std::uint32_t i, PanopticId label);  // voxels of different blocks also from different threads
 
   std::size_t block_count() const { return blocks_.size(); }
   std::array<std::int32_t, 3> corner_of(Slot slot) const { return blocks_[slot].corner; }  // its lowest voxel, as `at`
@@ -58,7 +58,7 @@ class SurfaceVoxels {
   // Bit n % 64 is set if the map holds a label n in this block, surface or not; seldom, if it holds none such.
   std::uint64_t label_bits(Slot slot) const { return blocks_[slot].label_bits; }
   static std::uint64_t label_bit(std::uint16_t label) { return std::uint64_t{1} << (label % 64); }
-  // The map's labels were renamed, and the block may now hold these too.
+  // The map's labels were renamed, and the block may now hold these as well.
   void add_label_bits(Slot slot, std::uint64_t bits) { blocks_[slot].label_bits |= bits; }
 
   VoxelsByLabel by_label() const;
@@ -97,6 +97,7 @@ class SurfaceVoxels {
   };
 
   void meet_new_blocks(const VoxelMap& map);
+  void collect(const VoxelMap& map, const std::vector<char>& is_known);
   // REQUIRES a surface voxel at this place.
   std::uint32_t index_at(Slot slot, int row, int x) const;
 
