@@ -45,10 +45,10 @@ bool stands_on(const SupportTop& top, const Vec3d& p, double height_m, bool with
 // Is there a place in the block with this lowest voxel (as SurfaceVoxel::at) that may be over the footprint of a top, and one
 // that may stand out of it by this? Never wrongly no.
 bool may_be_over(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_size_m);
-bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_size_m, double height_m);
+bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m, double height_m);
 
 // Outward, from the distances of the neighbours within the block; zero where they were not observed.
-Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& voxel);
-Vec3d place_m(const SurfaceVoxel& voxel, double voxel_size_m);
+Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& p);
+Vec3d place_m(const SurfaceVoxel& p, double voxel_m);
 
 }  // namespace panoptic

@@ -154,6 +154,13 @@ std::vector<std::vector<std::uint32_t>> SurfaceVoxels::components(std::span<cons
   const auto width = [reach](int, int) { return reach; };
   std::vector<std::size_t> sizes;
   std::vector<std::uint32_t> reached;
+  const auto take = [&](Slot slot, int row, std::uint16_t mask) {
+    const auto found = static_cast<std::uint16_t>(waiting.bits(slot, row) & mask);
+    if (found == 0) return true;
+    waiting.remove(slot, row, found);
+    visit_bits(found, [&](int x) { reached.push_back(index_at(slot, row, x)); });
+    return true;
+  };
   for (const std::uint32_t seed : seeds) {
     const Entry& e = voxels_[seed];
     const auto own = static_cast<std::uint16_t>(1U << (e.voxel % kBlockSide));
@@ -162,13 +169,7 @@ std::vector<std::vector<std::uint32_t>> SurfaceVoxels::components(std::span<cons
     reached.assign(1, seed);
     for (std::size_t next = 0; next < reached.size(); ++next) {
       component_of[reached[next]] = static_cast<std::uint32_t>(sizes.size());
-      visit_rows(reached[next], reach, width, [&](Slot slot, int row, std::uint16_t mask) {
-        const auto found = static_cast<std::uint16_t>(waiting.bits(slot, row) & mask);
-        if (found == 0) return true;
-        waiting.remove(slot, row, found);
-        visit_bits(found, [&](int x) { reached.push_back(index_at(slot, row, x)); });
-        return true;
-      });
+      visit_rows(reached[next], reach, width, take);
     }
     sizes.push_back(reached.size());
   }

@@ -29,7 +29,7 @@ struct Object {
   std::set<ClassId> ruled_out;         // classes that it cannot be, whatever the evidence
   VoteHistory votes;                   // the class of each observation
   BestViews best_views;
-  std::vector<PanopticId> parts;  // objects that turned out to be parts of it, in that order
+  std::vector<PanopticId> parts;                  // objects that turned out to be parts of it, in that order
   PanopticId merged_into = PanopticId::kUnknown;  // of an object that is no more: the one that it turned out to be a part of
 };
 
