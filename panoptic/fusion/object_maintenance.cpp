@@ -159,6 +159,7 @@ void ObjectMaintenance::carve_supports(Pass& pass) const {
     return labels_.is_support(class_id);
   });
   for (const auto& [label, voxels] : supports) {
+    if (voxels.size() < kFewestOfTop) continue;
     for (const auto& part : pass.surface.components(voxels, 2)) {
       const auto top = fit_top(pass.map, pass.surface, part, pass.up);
       if (!top) continue;

@@ -132,8 +132,7 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
   constexpr double kBin_m = 0.01;
   constexpr double kNearlyUp = 0.94;  // cosine of 20 degrees
   constexpr double kInlier_m = 0.025;
-  constexpr std::size_t kFewest = 150;
-  if (points.size() < kFewest) return std::nullopt;
+  if (points.size() < kFewestOfTop) return std::nullopt;
   const double voxel_m = map.voxel_size_m();
   std::map<int, int> bins;
   std::vector<Vec3d> level;
@@ -144,7 +143,7 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
     level.back() -= up * double{map.block(surface[i].slot).distance[surface[i].voxel]};
     ++bins[static_cast<int>(std::floor(level.back().dot(up) / kBin_m))];
   }
-  if (level.size() < kFewest) return std::nullopt;
+  if (level.size() < kFewestOfTop) return std::nullopt;
   int peak = 0;
   int most = 0;
   for (const auto& [bin, count] : bins) {
@@ -171,7 +170,7 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
       a += row * row.transpose();
       b += row * p.dot(up);
     }
-    if (a(0, 0) < kFewest) return std::nullopt;
+    if (a(0, 0) < kFewestOfTop) return std::nullopt;
     const Eigen::Vector3d x = a.ldlt().solve(b);
     top.height_m = x[0];
     top.slope_east = x[1];

@@ -34,6 +34,8 @@ struct SupportTop {
   bool below(const Vec3d& p) const;  // is the top under this place?
 };
 
+inline constexpr std::size_t kFewestOfTop = 150;  // level voxels that make a top
+
 // The top of a table from its points; nothing if they hold no horizontal plane.
 std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surface, std::span<const std::uint32_t> points,
                                   const Vec3d& up);
@@ -44,7 +46,7 @@ bool stands_on(const SupportTop& top, const Vec3d& p, double height_m, bool with
 
 // Is there a place in the block with this lowest voxel (as SurfaceVoxel::at) that may be over the footprint of a top, and one
 // that may stand out of it by this? Never wrongly no.
-bool may_be_over(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_size_m);
+bool may_be_over(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m);
 bool may_stand_on(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m, double height_m);
 
 // Outward, from the distances of the neighbours within the block; zero where they were not observed.

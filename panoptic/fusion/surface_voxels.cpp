@@ -3,6 +3,7 @@
 #include "panoptic/fusion/surface_voxels.h"
 
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <numeric>
 
@@ -15,29 +16,35 @@ constexpr float kBand_voxels = 1.5F;
 constexpr std::size_t kIds = 65536;
 
 BlockBits surface_of(const VoxelBlock& block, float band_m) {
+  std::array<std::uint8_t, kBlockVoxels> is_surface;  // a loop that compilers vectorise; few rows have any
+  for (std::size_t v = 0; v < is_surface.size(); ++v) {
+    is_surface[v] = static_cast<std::uint8_t>((block.weight[v] > 0 ? 1 : 0) & (std::abs(block.distance[v]) <= band_m ? 1 : 0));
+  }
   BlockBits bits{};
   for (std::size_t row = 0; row < bits.size(); ++row) {
-    const float* weight = block.weight.data() + row * kBlockSide;
-    const float* distance = block.distance.data() + row * kBlockSide;
-    int set = 0;
-    for (int x = 0; x < kBlockSide; ++x) {
-      const bool is_surface = (weight[x] > 0) & (std::abs(distance[x]) <= band_m);
-      set |= is_surface ? 1 << x : 0;
-    }
+    const std::uint8_t* voxels = is_surface.data() + row * kBlockSide;
+    std::array<std::uint64_t, 2> all;
+    std::memcpy(all.data(), voxels, sizeof all);
+    if ((all[0] | all[1]) == 0) continue;
+    unsigned set = 0;
+    for (int x = 0; x < kBlockSide; ++x) set |= unsigned{voxels[x]} << x;
     bits[row] = static_cast<std::uint16_t>(set);
   }
   return bits;
 }
 
 std::uint64_t labels_in(const VoxelBlock& block) {
+  constexpr std::size_t kAtOnce = 4;
   std::uint64_t bits = 0;
-  std::uint16_t last = 0;
-  for (const std::uint16_t label : block.label) {
-    if (label == last) continue;  // labels come in long runs
-    bits |= SurfaceVoxels::label_bit(last);
-    last = label;
+  std::uint64_t last = 0;
+  for (std::size_t v = 0; v < kBlockVoxels; v += kAtOnce) {
+    std::uint64_t four = 0;
+    std::memcpy(&four, block.label.data() + v, sizeof four);
+    if (v > 0 && four == last) continue;  // labels come in long runs
+    last = four;
+    for (std::size_t n = 0; n < kAtOnce; ++n) bits |= SurfaceVoxels::label_bit(block.label[v + n]);
   }
-  return bits | SurfaceVoxels::label_bit(last);
+  return bits;
 }
 
 // Calls visit(x) for every bit, ascending.
@@ -81,7 +88,7 @@ void SurfaceVoxels::update(const VoxelMap& map) {
     block.count = 0;
     for (std::size_t row = 0; row < block.surface.size(); ++row) {
       block.before[row] = static_cast<std::uint16_t>(block.count);
-      block.count += static_cast<std::uint32_t>(std::popcount(block.surface[row]));
+      if (block.surface[row] != 0) block.count += static_cast<std::uint32_t>(std::popcount(block.surface[row]));
     }
   });
   seen_epoch_ = map.epoch();
@@ -167,9 +174,11 @@ std::vector<std::vector<std::uint32_t>> SurfaceVoxels::components(std::span<cons
     if ((waiting.bits(e.slot, e.voxel / kBlockSide) & own) == 0) continue;
     waiting.remove(e.slot, e.voxel / kBlockSide, own);
     reached.assign(1, seed);
-    for (std::size_t next = 0; next < reached.size(); ++next) {
-      component_of[reached[next]] = static_cast<std::uint32_t>(sizes.size());
-      visit_rows(reached[next], reach, width, take);
+    std::size_t next = 0;  // `reached` grows meanwhile
+    while (next < reached.size()) {
+      const std::uint32_t member = reached[next++];
+      component_of[member] = static_cast<std::uint32_t>(sizes.size());
+      visit_rows(member, reach, width, take);
     }
     sizes.push_back(reached.size());
   }
