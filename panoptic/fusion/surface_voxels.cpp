@@ -16,14 +16,14 @@ constexpr float kBand_voxels = 1.5F;
 constexpr std::size_t kIds = 65536;
 
 BlockBits surface_of(const VoxelBlock& block, float band_m) {
-  std::array<std::uint8_t, kBlockVoxels> is_surface;  // a loop that compilers vectorise; few rows have any
+  std::array<std::uint8_t, kBlockVoxels> is_surface{};  // a loop that compilers vectorise; few rows have any
   for (std::size_t v = 0; v < is_surface.size(); ++v) {
     is_surface[v] = static_cast<std::uint8_t>((block.weight[v] > 0 ? 1 : 0) & (std::abs(block.distance[v]) <= band_m ? 1 : 0));
   }
   BlockBits bits{};
   for (std::size_t row = 0; row < bits.size(); ++row) {
     const std::uint8_t* voxels = is_surface.data() + row * kBlockSide;
-    std::array<std::uint64_t, 2> all;
+    std::array<std::uint64_t, 2> all{};
     std::memcpy(all.data(), voxels, sizeof all);
     if ((all[0] | all[1]) == 0) continue;
     unsigned set = 0;
