@@ -56,19 +56,19 @@ std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t,
 Renaming::Renaming() : new_label_(kLabels) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
 
 void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
-  std::uint64_t before = 0;
-  std::uint64_t after = 0;
+  LabelBits before;
+  LabelBits after;
   for (std::size_t label = 0; label < kLabels; ++label) {
     if (new_label_[label] == label) continue;
-    before |= SurfaceVoxels::label_bit(static_cast<std::uint16_t>(label));
-    after |= SurfaceVoxels::label_bit(new_label_[label]);
+    add_to(before, static_cast<std::uint16_t>(label));
+    add_to(after, new_label_[label]);
   }
   const std::uint16_t* table = new_label_.data();
   std::vector<char> changed(map.block_count(), 0);
   parallel_for(changed.size(), [&](std::size_t i) {
     const auto slot = static_cast<Slot>(i);
     // Most blocks hold none of them; to know it saves reading their labels.
-    if ((surface.label_bits(slot) & before) == 0) return;
+    if ((surface.label_bits(slot) & before).none()) return;
     int stays = -1;  // the label of the last voxel that keeps its own: labels come in long runs
     for (std::uint16_t& label : map.block(slot).label) {
       if (label == stays) continue;

@@ -33,16 +33,16 @@ BlockBits surface_of(const VoxelBlock& block, float band_m) {
   return bits;
 }
 
-std::uint64_t labels_in(const VoxelBlock& block) {
+LabelBits labels_in(const VoxelBlock& block) {
   constexpr std::size_t kAtOnce = 4;
-  std::uint64_t bits = 0;
+  LabelBits bits;
   std::uint64_t last = 0;
   for (std::size_t v = 0; v < kBlockVoxels; v += kAtOnce) {
     std::uint64_t four = 0;
     std::memcpy(&four, block.label.data() + v, sizeof four);
     if (v > 0 && four == last) continue;  // labels come in long runs
     last = four;
-    for (std::size_t n = 0; n < kAtOnce; ++n) bits |= SurfaceVoxels::label_bit(block.label[v + n]);
+    for (std::size_t n = 0; n < kAtOnce; ++n) add_to(bits, block.label[v + n]);
   }
   return bits;
 }
@@ -125,7 +125,7 @@ void SurfaceVoxels::relabel(std::uint32_t i, PanopticId label) {
   if (e.label == label) return;
   e.label = label;
   relabelled_[e.slot] = 1;
-  blocks_[e.slot].label_bits |= label_bit(number(label));
+  add_to(blocks_[e.slot].label_bits, number(label));
 }
 
 VoxelsByLabel SurfaceVoxels::by_label() const {

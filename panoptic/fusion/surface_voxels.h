@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <bitset>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -33,6 +34,10 @@ using VoxelsByLabel = std::map<PanopticId, std::vector<std::uint32_t>>;
 inline constexpr int kBlockRows = kBlockSide * kBlockSide;
 using BlockBits = std::array<std::uint16_t, kBlockRows>;
 
+// A set of labels that may hold more than were put in: label n is bit n % 256.
+using LabelBits = std::bitset<256>;
+inline void add_to(LabelBits& bits, std::uint16_t label) { bits.set(label % 256U); }
+
 // All observed voxels within 1.5 voxels of the surface, in the order of slots and voxels. A snapshot: relabel changes it, and
 // write_labels brings that into the map. Good until blocks are allocated or distances change; then update it.
 class SurfaceVoxels {
@@ -55,11 +60,10 @@ class SurfaceVoxels {
   // The first surface voxel of a block and one past its last.
   std::pair<std::uint32_t, std::uint32_t> range_of(Slot slot) const { return {first_of_slot_[slot], first_of_slot_[slot + 1]}; }
 
-  // Bit n % 64 is set if the map holds a label n in this block, surface or not; seldom, if it holds none such.
-  std::uint64_t label_bits(Slot slot) const { return blocks_[slot].label_bits; }
-  static std::uint64_t label_bit(std::uint16_t label) { return std::uint64_t{1} << (label % 64); }
+  // Set for every label that the map holds in this block, surface or not; seldom for others.
+  const LabelBits& label_bits(Slot slot) const { return blocks_[slot].label_bits; }
   // The map's labels were renamed, and the block may now hold these as well.
-  void add_label_bits(Slot slot, std::uint64_t bits) { blocks_[slot].label_bits |= bits; }
+  void add_label_bits(Slot slot, const LabelBits& bits) { blocks_[slot].label_bits |= bits; }
 
   VoxelsByLabel by_label() const;
   // Only of the labels for which `wanted` says so; it is asked once for every label of the surface, in ascending order.
@@ -93,7 +97,7 @@ class SurfaceVoxels {
     BlockBits surface{};
     BlockBits before{};  // by row: surface voxels in the rows before it
     std::uint32_t count = 0;
-    std::uint64_t label_bits = 0;
+    LabelBits label_bits;
   };
 
   void meet_new_blocks(const VoxelMap& map);
