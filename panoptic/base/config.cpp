@@ -266,13 +266,14 @@ void set_field(const Fields& fields, std::string_view assignment) {
   const std::string_view key = assignment.substr(0, equals);
   const std::string_view value = assignment.substr(equals + 1);
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.key == key; });
-  const bool is_text = field != fields.end() && std::holds_alternative<std::string*>(field->value);
+  // A bare word is text; a list of text may also be one, or be written as a list.
+  const bool is_text = field != fields.end() && std::holds_alternative<std::string*>(field->value) && !value.starts_with('"');
+  const bool is_word = field != fields.end() && std::holds_alternative<std::vector<std::string>*>(field->value) &&
+                       !value.empty() && value.find_first_of("[\"'") != 0;
   const std::string source = fmt::format("--set {}", assignment);
   Fields settable = fields;
   for (Field& f : settable) f.allowed.required = false;
-  const bool already_quoted = value.starts_with('"');
-  const std::string text =
-      fmt::format("{} = {}", key, is_text && !already_quoted ? quoted(std::string(value)) : std::string(value));
+  const std::string text = fmt::format("{} = {}", key, is_text || is_word ? quoted(std::string(value)) : std::string(value));
   read_toml_text(text, source, settable);
 }
 

@@ -4,6 +4,7 @@
 // What can be in the world: classes ("what") and panoptic ids ("which one").
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -22,6 +23,7 @@ enum class ClassId : std::uint16_t { kUnknown = 0 };
 // unknown. kNoVote is never an id: in a label image it marks pixels that say nothing about the map (no depth, hidden from the
 // colour camera, or a frame without a prediction), whereas kUnknown is a label like any other and votes.
 enum class PanopticId : std::uint16_t { kUnknown = 0, kNoVote = 65535 };
+inline constexpr std::size_t kPanopticIds = 65536;  // the length of a table that is indexed by them
 
 constexpr std::uint16_t number(ClassId id) { return static_cast<std::uint16_t>(id); }
 constexpr std::uint16_t number(PanopticId id) { return static_cast<std::uint16_t>(id); }

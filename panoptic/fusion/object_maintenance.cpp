@@ -13,7 +13,6 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kLabels = 65536;
 constexpr float kSmallestPiece_m2 = 0.008F;  // a cup seen from one side
 
 // How many surface voxels an area of surface takes: the band around it is three voxels wide.
@@ -78,7 +77,14 @@ void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
   }
 }
 
+VoxelsByLabel ObjectMaintenance::objects_of(const Pass& pass) {
+  return pass.surface.by_label([&](PanopticId id) { return pass.objects.find(id) != nullptr; });
+}
+
 ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up) {
+  std::erase_if(together_, [&](const auto& entry) {  // of objects that are no more
+    return objects.find(entry.first.first) == nullptr || objects.find(entry.first.second) == nullptr;
+  });
   surface_.update(map);
   map.begin_epoch();
   Pass pass{map, objects, surface_, up, 0};
@@ -151,7 +157,7 @@ bool ObjectMaintenance::merge(Pass& pass) {
 
 void ObjectMaintenance::carve_supports(Pass& pass) const {
   // By label: is it of something that may be a part of what stands on a table? Objects made here are.
-  std::vector<bool> unnamed(kLabels, true);
+  std::vector<bool> unnamed(kPanopticIds, true);
   for (std::size_t id = 1; id < labels_.first_thing(); ++id) unnamed[id] = false;
   const VoxelsByLabel supports = pass.surface.by_label([&](PanopticId label) {
     const ClassId class_id = labels_.is_object(label) ? pass.objects.class_of(label) : static_cast<ClassId>(number(label));
@@ -205,8 +211,7 @@ void ObjectMaintenance::carve(Pass& pass, const std::vector<std::uint32_t>& piec
 
 void ObjectMaintenance::drop_strays(Pass& pass) const {
   std::vector<std::uint32_t> strays;
-  for (const auto& [id, voxels] : pass.surface.by_label()) {
-    if (pass.objects.find(id) == nullptr) continue;
+  for (const auto& [id, voxels] : objects_of(pass)) {
     const auto pieces = pass.surface.components(voxels, 2);
     std::size_t largest = 0;
     for (const auto& piece : pieces) largest = std::max(largest, piece.size());
@@ -222,9 +227,9 @@ void ObjectMaintenance::drop_strays(Pass& pass) const {
 void ObjectMaintenance::rule_out_by_size(Pass& pass) const {
   constexpr double kFaint = 0.03;
   constexpr double kAbsurd = 1.5;
-  for (const auto& [id, voxels] : pass.surface.by_label()) {
+  for (const auto& [id, voxels] : objects_of(pass)) {
     const Object* object = pass.objects.find(id);
-    if (object == nullptr || object->observations == 0) continue;
+    if (object->observations == 0) continue;
     const double length = length_m(pass.surface, voxels, pass.map.voxel_size_m()) / options_.size_margin;
     std::set<ClassId> too_small;
     double most_that_fits = 0;
@@ -247,9 +252,8 @@ void ObjectMaintenance::level_floor(Pass& pass) const {
   const LabelClass* floor = labels_.find("floor");
   if (floor == nullptr) return;
   const PanopticId id = LabelSet::of_class(floor->id);
-  const VoxelsByLabel voxels = pass.surface.by_label();
-  const auto own = voxels.find(id);
-  const auto plane = own == voxels.end() ? std::nullopt : fit_top(pass.map, pass.surface, own->second, pass.up);
+  const VoxelsByLabel own = pass.surface.by_label([&](PanopticId label) { return label == id; });
+  const auto plane = own.empty() ? std::nullopt : fit_top(pass.map, pass.surface, own.at(id), pass.up);
   if (!plane) return;
   for (std::uint32_t i = 0; i < pass.surface.size(); ++i) {
     const double height = plane->height_above(place_m(pass.surface[i], pass.map.voxel_size_m()));
@@ -267,9 +271,8 @@ bool ObjectMaintenance::is_faint(const Pass& pass, const Object& object, std::si
 void ObjectMaintenance::drop_faint(Pass& pass) const {
   Renaming renaming;
   std::vector<std::uint32_t> dropped;
-  for (const auto& [id, voxels] : pass.surface.by_label()) {
-    const Object* object = pass.objects.find(id);
-    if (object == nullptr || !is_faint(pass, *object, voxels.size())) continue;
+  for (const auto& [id, voxels] : objects_of(pass)) {
+    if (!is_faint(pass, *pass.objects.find(id), voxels.size())) continue;
     renaming.add(id, PanopticId::kUnknown);
     dropped.insert(dropped.end(), voxels.begin(), voxels.end());
   }
@@ -279,10 +282,9 @@ void ObjectMaintenance::drop_faint(Pass& pass) const {
 }
 
 void ObjectMaintenance::name_unknown_regions(Pass& pass) const {
-  const VoxelsByLabel voxels = pass.surface.by_label();
-  const auto unknown = voxels.find(PanopticId::kUnknown);
-  if (unknown == voxels.end()) return;
-  for (const auto& region : pass.surface.components(unknown->second, 1)) {
+  const VoxelsByLabel unknown = pass.surface.by_label([](PanopticId label) { return label == PanopticId::kUnknown; });
+  if (unknown.empty()) return;
+  for (const auto& region : pass.surface.components(unknown.at(PanopticId::kUnknown), 1)) {
     if (region.size() < voxels_of(options_.min_region_m2, pass.map)) continue;
     const PanopticId id = pass.objects.create().value_or(PanopticId::kUnknown);
     for (const std::uint32_t i : region) pass.surface.relabel(i, id);

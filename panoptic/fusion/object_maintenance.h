@@ -65,6 +65,7 @@ class ObjectMaintenance {
   };
 
   Pass begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up);
+  static VoxelsByLabel objects_of(const Pass& pass);
   bool merge(Pass& pass);
   void carve_supports(Pass& pass) const;
   std::vector<std::uint32_t> things_on(const Pass& pass, const SupportTop& top, PanopticId support,

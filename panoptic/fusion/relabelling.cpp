@@ -13,7 +13,6 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kLabels = 65536;
 
 using Counts = std::vector<std::pair<PanopticId, int>>;
 
@@ -53,12 +52,12 @@ std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t,
 
 }  // namespace
 
-Renaming::Renaming() : new_label_(kLabels) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
+Renaming::Renaming() : new_label_(kPanopticIds) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
 
 void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
   LabelBits before;
   LabelBits after;
-  for (std::size_t label = 0; label < kLabels; ++label) {
+  for (std::size_t label = 0; label < kPanopticIds; ++label) {
     if (new_label_[label] == label) continue;
     add_to(before, static_cast<std::uint16_t>(label));
     add_to(after, new_label_[label]);

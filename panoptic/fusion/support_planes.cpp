@@ -16,10 +16,6 @@ namespace {
 constexpr double kCell_m = 0.05;
 constexpr double kHighest_m = 0.6;
 
-}  // namespace
-
-namespace {
-
 // Before and after a voxel along an axis, within its block.
 std::pair<std::size_t, std::size_t> around(std::uint16_t voxel, int axis) {
   constexpr std::array<unsigned, 3> kSteps = {1, kBlockSide, kBlockSide * kBlockSide};
@@ -47,15 +43,6 @@ Vec3d unchecked_normal(const VoxelBlock& block, std::uint16_t voxel) {
   const double length = n.norm();
   return length > 0 ? Vec3d(n / length) : n;
 }
-
-}  // namespace
-
-Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& p) {
-  const VoxelBlock& block = map.block(p.slot);
-  return neighbours_observed(block, p.voxel) ? unchecked_normal(block, p.voxel) : Vec3d(Vec3d::Zero());
-}
-
-namespace {
 
 int cell_of(double m) { return static_cast<int>(std::floor(m / kCell_m)); }
 
@@ -85,7 +72,16 @@ void add_footprint(SupportTop& top, std::span<const Vec3d> points, double inlier
   }
 }
 
+Vec3d centre_m(const std::array<std::int32_t, 3>& corner, double voxel_m) {
+  return (Vec3d(corner[0], corner[1], corner[2]) + Vec3d::Constant(kBlockSide / 2.0)) * voxel_m;
+}
+
 }  // namespace
+
+Vec3d normal_of(const VoxelMap& map, const SurfaceVoxel& p) {
+  const VoxelBlock& block = map.block(p.slot);
+  return neighbours_observed(block, p.voxel) ? unchecked_normal(block, p.voxel) : Vec3d(Vec3d::Zero());
+}
 
 Vec3d place_m(const SurfaceVoxel& p, double voxel_m) {
   return (Vec3d(p.at[0], p.at[1], p.at[2]) + Vec3d::Constant(0.5)) * voxel_m;
@@ -179,14 +175,6 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
   add_footprint(top, level, kInlier_m);
   return top;
 }
-
-namespace {
-
-Vec3d centre_m(const std::array<std::int32_t, 3>& corner, double voxel_m) {
-  return (Vec3d(corner[0], corner[1], corner[2]) + Vec3d::Constant(kBlockSide / 2.0)) * voxel_m;
-}
-
-}  // namespace
 
 bool may_be_over(const SupportTop& top, const std::array<std::int32_t, 3>& corner, double voxel_m) {
   const Vec3d centre = centre_m(corner, voxel_m);

@@ -13,7 +13,6 @@ namespace panoptic {
 namespace {
 
 constexpr float kBand_voxels = 1.5F;
-constexpr std::size_t kIds = 65536;
 
 BlockBits surface_of(const VoxelBlock& block, float band_m) {
   std::array<std::uint8_t, kBlockVoxels> is_surface{};  // a loop that compilers vectorise; few rows have any
@@ -133,11 +132,11 @@ VoxelsByLabel SurfaceVoxels::by_label() const {
 }
 
 VoxelsByLabel SurfaceVoxels::by_label(const std::function<bool(PanopticId)>& wanted) const {
-  std::vector<std::uint32_t> counts(kIds, 0);
+  std::vector<std::uint32_t> counts(kPanopticIds, 0);
   for (const Entry& e : voxels_) ++counts[number(e.label)];
   VoxelsByLabel result;
-  std::vector<std::uint32_t*> next(kIds, nullptr);
-  for (std::size_t id = 0; id < kIds; ++id) {
+  std::vector<std::uint32_t*> next(kPanopticIds, nullptr);
+  for (std::size_t id = 0; id < kPanopticIds; ++id) {
     const auto label = static_cast<PanopticId>(id);
     if (counts[id] == 0 || !wanted(label)) continue;
     std::vector<std::uint32_t>& voxels = result[label];

@@ -8,6 +8,7 @@
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/parallel.h"
+#include "panoptic/data/labels.h"
 
 namespace panoptic {
 namespace {
@@ -105,8 +106,7 @@ std::vector<Slot> VoxelMap::changed_since(std::uint64_t epoch) const {
 }
 
 std::vector<bool> ids_in_use(const VoxelMap& map) {
-  constexpr std::size_t kIds = 65536;
-  std::vector<bool> used(kIds, false);
+  std::vector<bool> used(kPanopticIds, false);
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     for (const std::uint16_t label : map.block(slot).label) used[label] = true;
   }

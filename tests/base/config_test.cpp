@@ -86,6 +86,8 @@ TEST(Config, AStringIsTakenForAListOfOne) {
   EXPECT_THAT(e.names, ElementsAre("alone"));
   set_field(fields(e), "names='other.toml'");
   EXPECT_THAT(e.names, ElementsAre("other.toml"));
+  set_field(fields(e), "names=bare.toml");
+  EXPECT_EQ(e.names, std::vector<std::string>{"bare.toml"});
   set_field(fields(e), "names=['a', 'b']");
   EXPECT_THAT(e.names, ElementsAre("a", "b"));
   EXPECT_EQ(error_reading("names = 1"), "file.toml:1: 'names' must be an array");
