@@ -6,23 +6,26 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "panoptic/session/snapshot.h"
 
 namespace panoptic {
 
+inline constexpr std::uint16_t kDefaultViewerPort = 8060;
+
 struct ViewerOptions {
-  std::string bind = "127.0.0.1";  // any other than a loopback address needs a token
-  std::uint16_t port = 8060;       // 0 = any that is free
-  std::string token;               // what browsers must show; empty = none (loopback only)
+  std::string bind = "127.0.0.1";     // any other than a loopback address needs a token
+  std::optional<std::uint16_t> port;  // empty: kDefaultViewerPort or the next one that is free; 0: any that is free
+  std::string token;                  // what browsers must show, 8 to 128 of A-Z a-z 0-9 - . _ ~; empty = none (loopback only)
 };
 
 // Serves from threads of its own, from construction to destruction. Only ever reads `latest`, so a slow or vanished browser
-// never slows mapping. Construction throws Error: the address cannot be bound, a token is missing, the page was not built.
+// never slows mapping. Construction throws Error: the address cannot be bound, a token is missing or malformed.
 class ViewerServer {
  public:
-  ViewerServer(const ViewerOptions& options, Scene scene, const LatestSnapshot& latest);
+  ViewerServer(const ViewerOptions& options, SnapshotScene scene, const LatestSnapshot& latest);
   ~ViewerServer();  // ends every connection
   ViewerServer(const ViewerServer&) = delete;
   ViewerServer& operator=(const ViewerServer&) = delete;

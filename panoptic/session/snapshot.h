@@ -26,7 +26,7 @@ namespace panoptic {
 // empty, with a new version.
 struct SnapshotChunk {
   BlockIndex index;
-  std::uint64_t version = 0;  // the revision of the snapshot that first had this content
+  std::uint64_t version = 0;                 // the revision of the snapshot that first had this content
   std::shared_ptr<const MeshChunk> surface;  // never null
 };
 
@@ -37,8 +37,8 @@ struct SnapshotObject {
   std::int64_t first_frame = 0;
   std::int64_t last_frame = 0;
   std::uint64_t observations = 0;
-  std::uint64_t vertices = 0;    // of the surface; chunk borders count twice
-  Vec3f min_m = Vec3f::Zero();   // axis-aligned box of those vertices, world
+  std::uint64_t vertices = 0;   // of the surface; chunk borders count twice
+  Vec3f min_m = Vec3f::Zero();  // axis-aligned box of those vertices, world
   Vec3f max_m = Vec3f::Zero();
 };
 
@@ -47,9 +47,10 @@ struct SnapshotFrame {
   std::int64_t index = -1;  // -1: no frame yet
   double time_s = 0;
   Camera color_camera;
-  Pose world_from_color = Pose::Identity();        // the colour camera
-  std::shared_ptr<const Image<Rgb>> color;         // null: not kept (a finished result that is opened again)
-  // Of the newest frame with labels, which may be older than `index`: its colours and the panoptic id of each of its colour pixels.
+  Pose world_from_color = Pose::Identity();  // the colour camera
+  std::shared_ptr<const Image<Rgb>> color;   // null: not kept (a finished result that is opened again)
+  // Of the newest frame with labels, which may be older than `index`: its colours and the panoptic id of each of its colour
+  // pixels.
   std::int64_t labelled_index = -1;
   std::shared_ptr<const Image<Rgb>> labelled_color;
   std::shared_ptr<const Image<std::uint16_t>> labelled_ids;
@@ -71,14 +72,14 @@ struct RunState {
   double geometry_hz = 0;                        // over the last seconds
   double label_hz = 0;
   double elapsed_s = 0;
-  double memory_mb = 0;      // of the process now
-  bool finished = false;     // no newer snapshot will come
-  std::string stopped_by;    // why, if it ended before the recording did
+  double memory_mb = 0;    // of the process now
+  bool finished = false;   // no newer snapshot will come
+  std::string stopped_by;  // why, if it ended before the recording did
   std::map<std::string, StageTime> stages;
 };
 
 struct Snapshot {
-  std::uint64_t revision = 0;  // rises with every snapshot that is published; 0 = nothing yet
+  std::uint64_t revision = 0;           // rises with every snapshot that is published; 0 = nothing yet
   std::vector<SnapshotChunk> chunks;    // by slot: in one run the chunk of a block keeps its place
   std::vector<SnapshotObject> objects;  // ascending ids; those with surface
   std::vector<Vec3f> path_m;            // where the camera was, thinned to at most kMaxPathPoints
@@ -89,13 +90,13 @@ struct Snapshot {
 inline constexpr std::size_t kMaxPathPoints = 20000;
 
 // What stays the same as long as a run lasts.
-struct Scene {
+struct SnapshotScene {
   std::string title;    // "kitchen"
   std::string dataset;  // description of the recording
   LabelSet labels;
   float voxel_size_m = 0;
   float block_size_m = 0;
-
+  bool has_confidence = true;  // false: a finished result that is opened again; its surface does not tell
 };
 
 // The newest snapshot. Thread-safe; both calls take a mutex for the time of copying a pointer.
