@@ -81,31 +81,29 @@ VoxelsByLabel ObjectMaintenance::objects_of(const Pass& pass) {
   return pass.surface.by_label([&](PanopticId id) { return pass.objects.find(id) != nullptr; });
 }
 
-ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up) {
+ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
   std::erase_if(together_, [&](const auto& entry) {  // of objects that are no more
     return objects.find(entry.first.first) == nullptr || objects.find(entry.first.second) == nullptr;
   });
   surface_.update(map);
   map.begin_epoch();
-  Pass pass{map, objects, surface_, up, 0};
-  pass.up = vertical(map, pass.surface, up);
-  return pass;
+  return {map, objects, surface_, vertical(map, surface_, so_far.up), so_far.frame, 0};
 }
 
-void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up) {
+void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
   if (!options_.enabled) return;
-  Pass pass = begin(map, objects, up);
+  Pass pass = begin(map, objects, so_far);
   merge(pass);
   if (options_.carve) carve_supports(pass);
   pass.surface.write_labels(map);
 }
 
-void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up, std::uint64_t frames) {
+void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
   constexpr std::uint64_t kFramesPerObservation = 40;
   if (!options_.enabled) return;
-  Pass pass = begin(map, objects, up);
+  Pass pass = begin(map, objects, so_far);
   pass.min_observations = std::min(static_cast<std::uint64_t>(options_.min_observations),
-                                   (frames + kFramesPerObservation - 1) / kFramesPerObservation);
+                                   (so_far.frames_used + kFramesPerObservation - 1) / kFramesPerObservation);
   while (merge(pass)) {
   }
   drop_strays(pass);
@@ -141,7 +139,7 @@ bool ObjectMaintenance::merge(Pass& pass) {
       if (are_apart(pass.objects, contact.smaller, contact.larger)) continue;
       taken.insert({contact.smaller, contact.larger});
       renaming.add(contact.smaller, contact.larger);
-      pass.objects.merge(contact.smaller, contact.larger);
+      pass.objects.merge(contact.smaller, contact.larger, pass.frame);
     }
   }
   if (taken.empty()) return false;
@@ -204,7 +202,7 @@ void ObjectMaintenance::carve(Pass& pass, const std::vector<std::uint32_t>& piec
   if (!owners.empty()) {
     id = most_frequent(owners);
   } else if (piece.size() >= voxels_of(kSmallestPiece_m2, pass.map)) {
-    id = pass.objects.create().value_or(support);
+    id = pass.objects.create(pass.frame).value_or(support);
   }
   for (const std::uint32_t i : piece) pass.surface.relabel(i, id);
 }
@@ -286,7 +284,7 @@ void ObjectMaintenance::name_unknown_regions(Pass& pass) const {
   if (unknown.empty()) return;
   for (const auto& region : pass.surface.components(unknown.at(PanopticId::kUnknown), 1)) {
     if (region.size() < voxels_of(options_.min_region_m2, pass.map)) continue;
-    const PanopticId id = pass.objects.create().value_or(PanopticId::kUnknown);
+    const PanopticId id = pass.objects.create(pass.frame).value_or(PanopticId::kUnknown);
     for (const std::uint32_t i : region) pass.surface.relabel(i, id);
   }
 }

@@ -41,6 +41,13 @@ struct MaintenanceOptions {
 };
 Fields fields(MaintenanceOptions& options);
 
+// What is known of the recording by now.
+struct SoFar {
+  Vec3d up = -Vec3d::UnitY();    // roughly upwards in the world, unit length
+  std::int64_t frame = 0;        // number of the newest frame that was used
+  std::uint64_t frames_used = 0;
+};
+
 // Not thread-safe. The same calls give the same map, at any thread count.
 class ObjectMaintenance {
  public:
@@ -49,11 +56,10 @@ class ObjectMaintenance {
   // Objects that were seen as separate masks in one frame are not one thing. Call it for every frame.
   void saw_together(std::span<const PanopticId> objects);
 
-  // Between frames: merges objects and carves things out of tables. `up`: roughly upwards in the world, unit length. Starts a
-  // new epoch and marks the blocks that it changes.
-  void run(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up);
-  // After the last of so many frames: also drops, levels and names, which must wait until all evidence is in.
-  void finish(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up, std::uint64_t frames);
+  // Between frames: merges objects and carves things out of tables. Starts a new epoch and marks the blocks that it changes.
+  void run(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
+  // After the last frame: also drops, levels and names, which must wait until all evidence is in.
+  void finish(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
 
  private:
   struct Pass {
@@ -61,10 +67,11 @@ class ObjectMaintenance {
     ObjectRegistry& objects;
     SurfaceVoxels& surface;
     Vec3d up;
+    std::int64_t frame = 0;
     std::uint64_t min_observations = 0;
   };
 
-  Pass begin(VoxelMap& map, ObjectRegistry& objects, const Vec3d& up);
+  Pass begin(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
   static VoxelsByLabel objects_of(const Pass& pass);
   bool merge(Pass& pass);
   void carve_supports(Pass& pass) const;

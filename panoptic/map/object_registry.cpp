@@ -8,23 +8,25 @@
 
 namespace panoptic {
 
-std::optional<PanopticId> ObjectRegistry::create() {
+std::optional<PanopticId> ObjectRegistry::create(std::int64_t frame) {
   created_since_retirement_++;
-  const std::size_t id = first_thing_ + objects_.size();
-  if (id >= number(PanopticId::kNoVote)) return reuse();
-  objects_.emplace_back().id = static_cast<PanopticId>(id);
-  return objects_.back().id;
+  const bool all_given = first_thing_ + objects_.size() >= number(PanopticId::kNoVote);
+  Object* object = all_given ? reuse() : &objects_.emplace_back();
+  if (object == nullptr) return std::nullopt;
+  object->id = static_cast<PanopticId>(first_thing_ + (object - objects_.data()));
+  object->first_frame = frame;
+  object->last_frame = frame;
+  return object->id;
 }
 
-std::optional<PanopticId> ObjectRegistry::reuse() {
-  if (retired_ == 0) return std::nullopt;
+Object* ObjectRegistry::reuse() {
+  if (retired_ == 0) return nullptr;
   const auto free = std::find_if(objects_.begin(), objects_.end(), [](const Object& o) {
     return o.id == PanopticId::kUnknown && o.merged_into == PanopticId::kUnknown;
   });
-  if (free == objects_.end()) return std::nullopt;
+  if (free == objects_.end()) return nullptr;
   retired_--;
-  free->id = static_cast<PanopticId>(first_thing_ + (free - objects_.begin()));
-  return free->id;
+  return &*free;
 }
 
 void ObjectRegistry::retire_unused(const std::vector<bool>& in_use) {
@@ -57,7 +59,7 @@ void ObjectRegistry::show(PanopticId id, const ObjectView& view) {
   objects_[number(id) - first_thing_].best_views.add(view);
 }
 
-void ObjectRegistry::merge(PanopticId from, PanopticId into) {
+void ObjectRegistry::merge(PanopticId from, PanopticId into, std::int64_t frame) {
   PANOPTIC_ASSERT(from != into && find(from) != nullptr && find(into) != nullptr);
   Object& part = objects_[number(from) - first_thing_];
   Object& whole = objects_[number(into) - first_thing_];
@@ -71,7 +73,7 @@ void ObjectRegistry::merge(PanopticId from, PanopticId into) {
   whole.votes.merge(part.votes);
   whole.best_views.merge(part.best_views);
   whole.parts.insert(whole.parts.end(), part.parts.begin(), part.parts.end());
-  whole.parts.push_back(from);
+  whole.parts.push_back({from, frame});
   part = Object{};
   part.merged_into = into;
   retired_++;

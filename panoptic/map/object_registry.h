@@ -19,9 +19,17 @@
 
 namespace panoptic {
 
+// Another object that turned out to be a part of this one, and the frame after which that was found.
+struct ObjectPart {
+  PanopticId id = PanopticId::kUnknown;
+  std::int64_t frame = 0;
+
+  bool operator==(const ObjectPart&) const = default;
+};
+
 struct Object {
   PanopticId id = PanopticId::kUnknown;
-  std::int64_t first_frame = 0;
+  std::int64_t first_frame = 0;  // in which it was seen; without observations, after which it was made
   std::int64_t last_frame = 0;
   std::uint64_t observations = 0;
   double score_sum = 0;                // denominator of Eq. 12
@@ -29,7 +37,7 @@ struct Object {
   std::set<ClassId> ruled_out;         // classes that it cannot be, whatever the evidence
   VoteHistory votes;                   // the class of each observation
   BestViews best_views;
-  std::vector<PanopticId> parts;                  // objects that turned out to be parts of it, in that order
+  std::vector<ObjectPart> parts;                  // in the order in which they were found
   PanopticId merged_into = PanopticId::kUnknown;  // of an object that is no more: the one that it turned out to be a part of
 };
 
@@ -39,15 +47,17 @@ class ObjectRegistry {
 
   // A new object. Ids count up; only when 65534 was given are those of retired objects used again, lowest first. Nothing when
   // all are taken.
-  std::optional<PanopticId> create();
+  // `frame`: the one that it was found in or after.
+  std::optional<PanopticId> create(std::int64_t frame = 0);
 
   // Adds one detection to the evidence (Eq. 12). REQUIRES an id that create returned.
   void observe(PanopticId id, const Segment& segment, std::int64_t frame);
   // Offers a detection that was observed as one of the object's best views. REQUIRES an id that create returned.
   void show(PanopticId id, const ObjectView& view);
 
-  // Object `from` is a part of `into`: its evidence goes there, and it is no object any more. REQUIRES two different objects.
-  void merge(PanopticId from, PanopticId into);
+  // Object `from` is a part of `into`, as is known after this frame: its evidence goes there, and it is no object any more.
+  // REQUIRES two different objects.
+  void merge(PanopticId from, PanopticId into, std::int64_t frame);
   // Every object that was merged away, with its survivor; ascending.
   std::vector<std::pair<PanopticId, PanopticId>> merged() const;
   // What became of an object: the one that it was merged into, or itself.
@@ -72,7 +82,7 @@ class ObjectRegistry {
  private:
   static constexpr std::size_t kRetireEvery = 2048;
 
-  std::optional<PanopticId> reuse();
+  Object* reuse();
 
   std::uint16_t first_thing_;
   std::vector<Object> objects_;  // by id - first_thing_; a retired or merged one has the id kUnknown and holds no evidence

@@ -105,14 +105,18 @@ Json to_json(const BestViews& best, const LabelSet& labels) {
 // What object maintenance did to it, in words.
 Json history_json(const Object& object, ClassId class_id, const LabelSet& labels) {
   Json history = Json::array();
-  if (object.observations == 0) history.push_back("found by its shape: no mask ever told it apart");
-  for (const PanopticId part : object.parts) history.push_back(fmt::format("joined with object {}, a part of it", number(part)));
+  if (object.observations == 0) {
+    history.push_back(fmt::format("after frame {}: found by its shape, no mask ever told it apart", object.first_frame));
+  }
+  for (const ObjectPart& part : object.parts) {
+    history.push_back(fmt::format("after frame {}: joined with object {}, a part of it", part.frame, number(part.id)));
+  }
   const auto own = object.evidence.find(class_id);
   const double least = own == object.evidence.end() ? 0 : own->second;
   for (const ClassId ruled_out : object.ruled_out) {
     const auto found = object.evidence.find(ruled_out);
     if (found == object.evidence.end() || found->second <= least) continue;
-    history.push_back(fmt::format("too large to be a {}", labels.name_of(ruled_out)));
+    history.push_back(fmt::format("at the end: too large to be a {}", labels.name_of(ruled_out)));
   }
   return history;
 }

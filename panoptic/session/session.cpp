@@ -73,11 +73,12 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
   profile_.add("fusion", fusion.seconds());
 
   up_sum_ -= frame.world_from_camera.linear().col(1);
+  last_frame_ = frame.index;
   frames_.count_used();
   note_together();
   if (frames_.used() % maintain_every_ == 0) {
     const Stopwatch maintaining;
-    maintenance_.run(map_, objects_, up());
+    maintenance_.run(map_, objects_, so_far());
     profile_.add("maintain", maintaining.seconds());
   }
   if (frames_.used() % regularize_every_ == 0) regularize();
@@ -102,7 +103,7 @@ void Session::regularize() {
 
 void Session::finish() {
   const Stopwatch maintaining;
-  maintenance_.finish(map_, objects_, up(), frames_.used());
+  maintenance_.finish(map_, objects_, so_far());
   profile_.add("maintain", maintaining.seconds());
   regularize();
   objects_.retire_unused(ids_in_use(map_));

@@ -62,6 +62,7 @@ class Session {
 
  private:
   void note_together();
+  SoFar so_far() const { return {up(), last_frame_, frames_.used()}; }
 
   LabelSet labels_;
   VoxelMap map_;
@@ -79,6 +80,7 @@ class Session {
   FrameLog frames_;
   Profile profile_;
   Vec3d up_sum_ = Vec3d::Zero();
+  std::int64_t last_frame_ = 0;
   double farthest_camera_m_ = 0;  // from the origin, along an axis
 };
 

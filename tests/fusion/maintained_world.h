@@ -22,6 +22,7 @@ inline constexpr ClassId kTable{7};
 inline constexpr ClassId kBag{9};
 inline constexpr std::uint16_t kFirst = 10;
 inline constexpr std::uint64_t kFrames = 1000;
+inline constexpr std::int64_t kLastFrame = 1234;
 inline const Vec3d kUp = Vec3d::UnitZ();
 
 inline LabelSet labels() {
@@ -48,8 +49,8 @@ struct World {
     return id;
   }
 
-  void run() { maintenance.run(map, objects, kUp); }
-  void finish(std::uint64_t frames = kFrames) { maintenance.finish(map, objects, kUp, frames); }
+  void run() { maintenance.run(map, objects, {kUp, kLastFrame, kFrames}); }
+  void finish(std::uint64_t frames = kFrames) { maintenance.finish(map, objects, {kUp, kLastFrame, frames}); }
 
   // The surface label of a place (at the voxel that holds it).
   PanopticId at(const Vec3d& p) const {

@@ -187,12 +187,13 @@ TEST(ObjectRegistry, MergingGivesWhatOneObjectWouldBeThatSawEverything) {
 TEST(ObjectRegistry, MergingWithAnObjectThatWasNeverSeenKeepsTheTimes) {
   ObjectRegistry registry(kFirst);
   const PanopticId seen_late = *registry.create();
-  const PanopticId never = *registry.create();
+  const PanopticId never = *registry.create(3);
+  EXPECT_EQ(registry.find(never)->first_frame, 3);
   const PanopticId other = *registry.create();
   registry.observe(seen_late, seen(kChair, 1), 70);
-  registry.merge(never, seen_late);
+  registry.merge(never, seen_late, 7);
   EXPECT_EQ(registry.find(seen_late)->first_frame, 70) << "not 0";
-  registry.merge(seen_late, other);
+  registry.merge(seen_late, other, 7);
   EXPECT_EQ(registry.find(other)->first_frame, 70);
   EXPECT_EQ(registry.find(other)->last_frame, 70);
   EXPECT_EQ(registry.class_of(other), kChair);
@@ -202,7 +203,7 @@ TEST(ObjectRegistry, AMergedIdIsNoObjectButResolvesToItsSurvivorThroughChains) {
   ObjectRegistry registry(kFirst);
   std::vector<PanopticId> ids;
   for (int i = 0; i < 5; ++i) ids.push_back(*registry.create());
-  for (std::size_t i = 0; i < 3; ++i) registry.merge(ids[i], ids[i + 1]);
+  for (std::size_t i = 0; i < 3; ++i) registry.merge(ids[i], ids[i + 1], 7);
   EXPECT_EQ(registry.count(), 2U);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(registry.survivor(ids[i]), ids[3]);
@@ -219,12 +220,12 @@ TEST(ObjectRegistry, ListsEveryMergedIdWithItsSurvivorAndEverySurvivorWithItsPar
   std::vector<PanopticId> ids;
   for (int i = 0; i < 5; ++i) ids.push_back(*registry.create());
   EXPECT_TRUE(registry.merged().empty());
-  registry.merge(ids[3], ids[1]);
-  registry.merge(ids[0], ids[4]);
-  registry.merge(ids[1], ids[4]);
+  registry.merge(ids[3], ids[1], 7);
+  registry.merge(ids[0], ids[4], 8);
+  registry.merge(ids[1], ids[4], 9);
   using Merged = std::vector<std::pair<PanopticId, PanopticId>>;
   EXPECT_EQ(registry.merged(), (Merged{{ids[0], ids[4]}, {ids[1], ids[4]}, {ids[3], ids[4]}}));
-  EXPECT_EQ(registry.find(ids[4])->parts, (std::vector{ids[0], ids[3], ids[1]}));
+  EXPECT_EQ(registry.find(ids[4])->parts, (std::vector<ObjectPart>{{ids[0], 8}, {ids[3], 7}, {ids[1], 9}}));
 }
 
 // Users keep ids; one that was merged must never come to mean something else.
@@ -232,7 +233,7 @@ TEST(ObjectRegistry, NeverReusesAMergedId) {
   ObjectRegistry registry(kFirst);
   const PanopticId a = *registry.create();
   const PanopticId b = *registry.create();
-  registry.merge(a, b);
+  registry.merge(a, b, 7);
   while (registry.find(PanopticId{65534}) == nullptr) ASSERT_TRUE(registry.create());
   EXPECT_EQ(registry.create(), std::nullopt);
   std::vector<bool> in_use(65536, true);
