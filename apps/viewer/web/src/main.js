@@ -1,0 +1,249 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Puts the page together: what arrives goes to the parts that show it, what people do goes to the parts that act on it.
+import { Color } from 'three';
+import { MeshoptDecoder } from 'meshoptimizer/decoder';
+import { Connection } from './connection.js';
+import { Details } from './details.js';
+import { by_id, set_text } from './dom.js';
+import { save_glb, save_screenshot } from './downloads.js';
+import { FramePanel } from './frame_panel.js';
+import { icon } from './icons.js';
+import { Labels } from './labels.js';
+import { lay_out, Tabs } from './layout.js';
+import { Legend } from './legend.js';
+import { kModes, SurfaceMaterial } from './material.js';
+import { NameTags } from './name_tags.js';
+import { Navigation } from './navigation.js';
+import { ObjectList } from './objects.js';
+import { Picking } from './picking.js';
+import { Pointer } from './pointer.js';
+import { recall, remember } from './settings.js';
+import { Shortcuts } from './shortcuts.js';
+import { Stage } from './stage.js';
+import { Status, notify } from './status.js';
+import { Surface } from './surface.js';
+import { Theme } from './theme.js';
+import { Timeline } from './timeline.js';
+import { Trail } from './trail.js';
+import { ViewBar } from './view_bar.js';
+
+const kListsEvery_ms = 500;
+
+class Page {
+  #labels = new Labels();
+  #material = new SurfaceMaterial(this.#labels);
+  #stage = new Stage(by_id('surface'), this.#material);
+  #surface = new Surface(this.#material, MeshoptDecoder);
+  #navigation = new Navigation(this.#stage, this.#surface);
+  #trail = new Trail(this.#stage.camera);
+  #tags = new NameTags(this.#stage, this.#labels);
+  #theme = new Theme();
+  #status = new Status();
+  #timeline = new Timeline(by_id('timeline'));
+  #frame = new FramePanel(by_id('frame'));
+  #legend = new Legend(by_id('classes'), this.#labels, () => this.#after_visibility());
+  #objects = new ObjectList(by_id('objects'), this.#labels, (id) => this.#select(id, { fly: true }));
+  #tabs = new Tabs(document.querySelector('[role=tablist]'));
+  #details = new Details(by_id('details'), this.#labels, {
+    fly_to: (id) => this.#fly_to(id), show: (id, shown) => this.#show_object(id, shown), close: () => this.#select(0),
+  });
+  #bar = new ViewBar({
+    mode: (mode) => this.#set_mode(mode), camera: (camera) => this.#navigation.set_mode(camera),
+    reset: () => this.#navigation.reset(), layer: (name, shown) => this.#set_layer(name, shown),
+  });
+  #pointer = new Pointer(this.#stage, new Picking(this.#stage, this.#material), {
+    select: (id) => this.#select(id), pivot: (place) => this.#navigation.set_pivot(place), hover: (id) => this.#hover(id),
+    walking: () => this.#navigation.mode === 'walk',
+  });
+  #layers = { path: true, names: false, backs: false };
+  #title = 'map';
+  #frame_index = -1;
+  #lists_pending = false;
+  #connection = new Connection({
+    status: (state) => this.#status.set_connection(state), scene: (scene) => this.#on_scene(scene), state: (state) => this.#on_state(state),
+    objects: (objects) => this.#on_objects(objects), chunks: (chunks) => this.#on_chunks(chunks),
+  });
+
+  constructor() {
+    this.#stage.map.add(this.#surface.group, this.#trail.group);
+    this.#theme.on_change((colors) => this.#apply_colors(colors));
+    this.#navigation.on_mode((mode) => this.#on_camera(mode));
+    this.#bar.mark_camera('orbit');
+    this.#set_mode(recall('mode', 'color'));
+    for (const [name, shown] of Object.entries(this.#layers)) this.#set_layer(name, recall(`layer.${name}`, shown));
+    this.#add_buttons();
+    this.#add_shortcuts();
+    this.#details.update(0);
+    this.#connection.open();
+  }
+
+  #on_scene(scene) {
+    this.#title = scene.title;
+    this.#labels.reset(scene);
+    this.#surface.reset(scene);
+    for (const part of [this.#trail, this.#legend, this.#objects, this.#timeline]) part.reset();
+    this.#frame.reset(scene.run);
+    this.#navigation.forget();
+    this.#status.set_scene(scene);
+    this.#bar.allow_mode('confidence', scene.has_confidence !== false);
+    if (scene.has_confidence === false && this.#mode === 'confidence') this.#set_mode('color');
+    this.#refresh_lists();
+    this.#stage.invalidate();
+  }
+
+  #on_state(state) {
+    this.#stage.set_up(state.up);
+    this.#trail.set_path(state.path);
+    this.#frame_index = state.frame.index;
+    const pose = this.#trail.set_frame(state.frame);
+    if (pose) {
+      const { map } = this.#stage;
+      this.#navigation.set_recording_camera(map.localToWorld(pose.position), pose.rotation.premultiply(map.quaternion));
+    }
+    this.#bar.allow_camera('follow', pose !== null);
+    this.#frame.update(state.frame);
+    this.#timeline.update(state.run);
+    this.#status.set_run(state.run);
+    this.#refresh_lists();
+    this.#stage.invalidate();
+  }
+
+  #on_objects(objects) {
+    this.#labels.set_objects(objects);
+    this.#trail.set_box(this.#labels.object(this.#labels.selected));
+    this.#refresh_lists();
+    this.#stage.invalidate();
+  }
+
+  #on_chunks(chunks) {
+    for (const chunk of chunks) this.#surface.put(chunk);
+    this.#navigation.frame_map();
+    this.#refresh_lists();
+    this.#stage.invalidate();
+  }
+
+  // Lists are laid out at most twice a second, however fast things arrive.
+  #refresh_lists() {
+    this.#status.set_counts({ chunks: this.#surface.chunk_count, triangles: this.#surface.triangles, waiting: this.#connection.waiting });
+    if (this.#lists_pending) return;
+    this.#lists_pending = true;
+    setTimeout(() => {
+      this.#lists_pending = false;
+      set_text(by_id('class-count'), `${this.#legend.update(this.#surface.vertices_of)}`);
+      set_text(by_id('object-count'), `${this.#labels.objects.length}`);
+      this.#objects.update();
+      this.#details.update(this.#surface.vertices_of[this.#labels.selected]);
+    }, kListsEvery_ms);
+  }
+
+  #select(id, { fly = false } = {}) {
+    this.#labels.select(id);
+    this.#trail.set_box(this.#labels.object(id));
+    this.#details.update(this.#surface.vertices_of[id]);
+    this.#objects.mark(!fly);
+    if (fly) this.#fly_to(id);
+    this.#stage.invalidate();
+  }
+
+  #hover(id) {
+    if (this.#labels.hover(id)) this.#stage.invalidate();
+    return id === 0 ? '' : this.#labels.name_of(id);
+  }
+
+  #fly_to(id) {
+    const box = this.#trail.set_box(this.#labels.object(id));
+    if (box) this.#navigation.fly_to(box);
+  }
+
+  #show_object(id, shown) {
+    if (id === 0) return;
+    const { id: class_id } = this.#labels.class_of(id);
+    if (shown || id < this.#labels.first_thing) this.#labels.show_class(class_id, shown);
+    if (id >= this.#labels.first_thing) this.#labels.show_object(id, shown);
+    this.#legend.refresh();
+    this.#after_visibility();
+  }
+
+  #after_visibility() {
+    this.#objects.mark(false);
+    this.#details.update(this.#surface.vertices_of[this.#labels.selected]);
+    this.#stage.invalidate();
+  }
+
+  #mode = 'color';
+
+  #set_mode(mode) {
+    if (!kModes.includes(mode)) mode = 'color';
+    this.#mode = mode;
+    this.#material.mode = mode;
+    this.#bar.mark_mode(mode);
+    by_id('scale').hidden = mode !== 'confidence';
+    remember('mode', mode);
+    this.#stage.invalidate();
+  }
+
+  #set_layer(name, shown) {
+    this.#layers[name] = shown;
+    if (name === 'path') this.#trail.path_shown = shown;
+    if (name === 'names') this.#tags.shown = shown;
+    if (name === 'backs') this.#material.back_sides = shown;
+    this.#bar.mark_layer(name, shown);
+    remember(`layer.${name}`, shown);
+    this.#stage.invalidate();
+  }
+
+  #on_camera(mode) {
+    this.#bar.mark_camera(mode);
+    by_id('crosshair').hidden = mode !== 'walk';
+    if (mode === 'walk') notify('W A S D to walk, E and Q up and down, Shift faster. Esc frees the mouse, O goes back to orbit.');
+  }
+
+  #apply_colors(colors) {
+    const triple = (text) => {
+      const { r, g, b } = new Color(text).convertLinearToSRGB();
+      return [r, g, b];
+    };
+    this.#material.set_look({ accent: triple(colors.accent), background: triple(colors.background) });
+    this.#trail.set_colors(colors);
+    this.#stage.set_background(colors.background);
+    this.#timeline.redraw();
+  }
+
+  #add_buttons() {
+    const button = (id, picture, title, on_click) => {
+      by_id(id).append(icon(picture));
+      by_id(id).title = title;
+      if (on_click) by_id(id).addEventListener('click', on_click);
+    };
+    button('screenshot', 'camera', 'Save a screenshot (X)', () => this.#save_screenshot());
+    button('glb', 'download', 'Download the surface as GLB', () => save_glb(this.#title));
+    button('theme', 'theme', 'Light or dark (T)', () => this.#theme.toggle());
+    button('help-open', 'help', 'Keyboard shortcuts (?)');
+    button('toggle-left', 'list', 'Classes and objects');
+    button('toggle-right', 'panel', 'Camera image and details');
+  }
+
+  #save_screenshot() {
+    return save_screenshot(this.#stage, this.#title, this.#frame_index);
+  }
+
+  #add_shortcuts() {
+    const toggle = (name) => () => this.#set_layer(name, !this.#layers[name]);
+    const selected = () => this.#labels.selected;
+    new Shortcuts({
+      ...Object.fromEntries(kModes.map((mode, i) => [`${i + 1}`, () => this.#bar.is_allowed(mode) && this.#set_mode(mode)])),
+      b: toggle('backs'), p: toggle('path'), n: toggle('names'),
+      o: () => this.#navigation.set_mode('orbit'), f: () => this.#navigation.set_mode('walk'), c: () => this.#navigation.set_mode('follow'),
+      r: () => this.#navigation.reset(), t: () => this.#theme.toggle(), x: () => this.#save_screenshot(),
+      h: () => this.#show_object(selected(), !this.#labels.is_object_shown(selected())),
+      enter: () => this.#fly_to(selected()), escape: () => this.#select(0),
+      '/': () => { this.#tabs.open('tab-objects'); this.#objects.focus_search(); },
+    }, () => this.#navigation.mode === 'walk');
+  }
+}
+
+await MeshoptDecoder.ready;
+lay_out();
+new Page();
