@@ -44,7 +44,7 @@ export class FramePanel {
   }
 
   async #choose() {
-    if (this.#loading || this.#wanted === null || this.#wanted.index < 0) return;
+    if (this.#loading || !this.#wanted || this.#wanted.index < 0) return;
     const labelled = this.#labelled && this.#wanted.labelled_index >= 0;
     const index = labelled ? this.#wanted.labelled_index : this.#wanted.index;
     const key = `${labelled}${index}`;

@@ -68,6 +68,8 @@ class Page {
 
   constructor() {
     this.#stage.map.add(this.#surface.group, this.#trail.group);
+    this.#stage.before_draw(() => this.#surface.build());
+    by_id('surface').addEventListener('webglcontextrestored', () => { this.#surface.rebuild(); this.#stage.invalidate(); });
     this.#theme.on_change((colors) => this.#apply_colors(colors));
     this.#navigation.on_mode((mode) => this.#on_camera(mode));
     this.#bar.mark_camera('orbit');
@@ -90,13 +92,13 @@ class Page {
     this.#bar.allow_mode('confidence', scene.has_confidence !== false);
     if (scene.has_confidence === false && this.#mode === 'confidence') this.#set_mode('color');
     this.#refresh_lists();
-    this.#stage.invalidate();
+    this.#stage.invalidate_soon();
   }
 
   #on_state(state) {
     this.#stage.set_up(state.up);
     this.#trail.set_path(state.path);
-    this.#frame_index = state.frame.index;
+    this.#frame_index = state.frame?.index ?? -1;
     const pose = this.#trail.set_frame(state.frame);
     if (pose) {
       const { map } = this.#stage;
@@ -107,21 +109,21 @@ class Page {
     this.#timeline.update(state.run);
     this.#status.set_run(state.run);
     this.#refresh_lists();
-    this.#stage.invalidate();
+    this.#stage.invalidate_soon();
   }
 
   #on_objects(objects) {
     this.#labels.set_objects(objects);
     this.#trail.set_box(this.#labels.object(this.#labels.selected));
     this.#refresh_lists();
-    this.#stage.invalidate();
+    this.#stage.invalidate_soon();
   }
 
   #on_chunks(chunks) {
     for (const chunk of chunks) this.#surface.put(chunk);
     this.#navigation.frame_map();
     this.#refresh_lists();
-    this.#stage.invalidate();
+    this.#stage.invalidate_soon();
   }
 
   // Lists are laid out at most twice a second, however fast things arrive.

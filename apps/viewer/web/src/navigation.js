@@ -101,7 +101,7 @@ export class Navigation {
     this.touched = true;
     const toward = this.#stage.camera.position.clone().sub(this.#orbit.target);
     toward.y = Math.max(toward.y, 0.35 * Math.hypot(toward.x, toward.z));
-    this.#fly(box, toward.normalize(), 1.7, kFlight_s);
+    this.#fly(box, toward.normalize(), 1.4, kFlight_s);
   }
 
   // The point that the eye turns around, in the scene.

@@ -50,7 +50,7 @@ export class Pointer {
 
   #on_move(event) {
     clearTimeout(this.#rest);
-    if (event.buttons !== 0 || event.pointerType === 'touch') return this.#leave();
+    if (event.buttons !== 0 || event.pointerType === 'touch' || this.#stage.slow) return this.#leave();
     const at = this.#at(event);
     this.#rest = setTimeout(() => this.#on_rest(at), kRest_ms);
   }

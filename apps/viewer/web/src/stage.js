@@ -2,11 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Where things are drawn: renderer, camera, and the group `map` that turns the recording's axes so that Y is up. Draws only when
-// something asked for it: mapping runs on the same machine, often on the same cores.
+// something asked for it, and never before the last picture is finished: mapping runs on the same machine, without a graphics card
+// on the same cores.
 import { Color, Group, PerspectiveCamera, Quaternion, Scene, Vector3, WebGLRenderer } from 'three';
 
 const kFieldOfView_deg = 55;
 const kMostPixelRatio = 2;
+const kShareOfTime = 0.25;    // what drawing may take for data that arrives; people who move the view get all of it
+const kSlow_ms = 120;
+const kLongestPause_ms = 4000;
+const kPoll_ms = 4;
 const kSmallestTurn = 1e-4;  // of 1 - cos: below it the map is not turned again
 
 // Turns `up` to +Y. Half a turn has no one axis, and directions near -Y would make the map spin: those are turned over X first.
@@ -26,8 +31,14 @@ export class Stage {
   frames_drawn = 0;
   #material;
   #pending = false;
+  #later = 0;            // the timer of a drawing that can wait
+  #busy = false;         // the last picture is not finished
+  #again = false;
+  #finished_ms = 0;
+  #took_ms = 0;
   #tickers = new Set();
   #before = 0;
+  #before_draw = [];
   #after_draw = [];
 
   constructor(canvas, material) {
@@ -36,12 +47,16 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, kMostPixelRatio));
     this.scene.add(this.map);
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
-    canvas.addEventListener('webglcontextrestored', () => this.invalidate());
     this.#resize();
   }
 
   get canvas() {
     return this.renderer.domElement;
+  }
+
+  // Drawing once more, only to say what is under the pointer, would be felt.
+  get slow() {
+    return this.#took_ms > kSlow_ms;
   }
 
   set_background(hex) {
@@ -66,28 +81,70 @@ export class Stage {
     this.invalidate();
   }
 
-  // Called after every frame: for what lies above the canvas.
+  // Called before every drawing: for what is drawn; and after every frame: for what lies above the canvas.
+  before_draw(listener) {
+    this.#before_draw.push(listener);
+  }
+
   after_draw(listener) {
     this.#after_draw.push(listener);
   }
 
+  // Somebody moved or chose something: as soon as possible.
   invalidate() {
-    if (this.#pending) return;
+    if (this.#busy) this.#again = true;
+    if (this.#pending || this.#busy) return;
+    clearTimeout(this.#later);
+    this.#later = 0;
     this.#pending = true;
     requestAnimationFrame((now_ms) => this.#draw(now_ms));
   }
 
+  // Something arrived: soon, but drawing keeps to its share of the time.
+  invalidate_soon() {
+    if (this.#pending || this.#later !== 0) return;
+    const pause_ms = Math.min(kLongestPause_ms, this.#took_ms * (1 / kShareOfTime - 1));
+    const wait_ms = this.#busy ? pause_ms : this.#finished_ms + pause_ms - performance.now();
+    this.#later = setTimeout(() => { this.#later = 0; this.invalidate(); }, Math.max(0, wait_ms));
+  }
+
   #draw(now_ms) {
     this.#pending = false;
+    if (this.#busy) {
+      this.#again = true;
+      return;
+    }
     const passed_s = Math.min(0.1, Math.max(0, (now_ms - this.#before) / 1000));
     this.#before = now_ms;
     for (const ticker of this.#tickers) if (!ticker(passed_s)) this.#tickers.delete(ticker);
     this.draw_now();
     for (const listener of this.#after_draw) listener();
+    this.#wait_until_finished();
     if (this.#tickers.size > 0) this.invalidate();
   }
 
+  #wait_until_finished() {
+    const gl = this.renderer.getContext();
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (!fence) return;  // the context is lost
+    gl.flush();
+    this.#busy = true;
+    const began_ms = performance.now();
+    const look = () => {
+      if (!gl.isContextLost() && gl.clientWaitSync(fence, 0, 0) === gl.TIMEOUT_EXPIRED) return setTimeout(look, kPoll_ms);
+      gl.deleteSync(fence);
+      this.#busy = false;
+      this.#finished_ms = performance.now();
+      this.#took_ms = this.#finished_ms - began_ms;
+      if (!this.#again) return null;
+      this.#again = false;
+      return this.invalidate();
+    };
+    setTimeout(look, 0);
+  }
+
   draw_now() {
+    for (const listener of this.#before_draw) listener();
     this.camera.updateMatrixWorld();
     this.#material.prepare(this.camera.position);
     this.renderer.render(this.scene, this.camera);

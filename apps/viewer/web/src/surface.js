@@ -1,26 +1,31 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The chunks of the surface as three.js meshes: one per block, replaced when a newer version arrives, freed at once. Blocks out of
-// view are left out by three.js, which has a sphere for each of them.
+// The chunks of the surface: replaced when a newer version arrives, counted, merged into regions (regions.js) that three.js draws.
+// What is replaced is freed at once; regions out of view are left out by three.js, which has a sphere for each of them.
 import { Box3, BufferAttribute, BufferGeometry, Group, Mesh, Sphere, Vector3 } from 'three';
-import { decode_chunk, kUnitsPerBlock } from './protocol.js';
 import { kIds } from './labels.js';
+import { decode_chunk, kUnitsPerBlock } from './protocol.js';
+import { kUnitsPerMergedBlock, merge, region_of } from './regions.js';
 
 const kNormalBins = 16;
+const kNormalStride = 16;  // every 16th normal tells enough
 
-function geometry_of(arrays, { low, high }) {
+// The graphics card has its copy after the first drawing: ours would only double the memory.
+function attribute(array, size, normalized) {
+  return new BufferAttribute(array, size, normalized).onUpload(function forget() { this.array = null; });
+}
+
+function geometry_of(arrays) {
   const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(arrays.places, 4));
-  geometry.setAttribute('normal', new BufferAttribute(arrays.normals, 4, true));
-  geometry.setAttribute('color', new BufferAttribute(arrays.colors, 4, true));
-  geometry.setIndex(new BufferAttribute(arrays.indices, 1));
-  const center = [0, 1, 2].map((k) => (low[k] + high[k]) / 2);
-  geometry.boundingSphere = new Sphere(new Vector3(...center), Math.hypot(...[0, 1, 2].map((k) => high[k] - low[k])) / 2);
+  geometry.setAttribute('position', attribute(arrays.places, 4, false));
+  geometry.setAttribute('normal', attribute(arrays.normals, 4, true));
+  geometry.setAttribute('color', attribute(arrays.colors, 4, true));
+  geometry.setIndex(attribute(arrays.indices, 1, false));
   return geometry;
 }
 
-function extent_of(places) {
+function box_of(places, corner, scale) {
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < places.length; i += 4) {
@@ -29,7 +34,7 @@ function extent_of(places) {
       high[k] = Math.max(high[k], places[i + k]);
     }
   }
-  return { low, high };
+  return new Box3(new Vector3(...low).multiplyScalar(scale).add(corner), new Vector3(...high).multiplyScalar(scale).add(corner));
 }
 
 export class Surface {
@@ -37,7 +42,10 @@ export class Surface {
   vertices_of = new Uint32Array(kIds);  // by panoptic id; borders of chunks count twice
   vertices = 0;
   triangles = 0;
-  #chunks = new Map();  // key -> {version, mesh or null, vertices, triangles, ids, extent}
+  chunk_count = 0;      // those with surface
+  #chunks = new Map();  // key -> {version, vertices, triangles, arrays, box, ids, region, offset}; arrays null where empty
+  #regions = new Map();  // key -> {first, chunks, mesh}
+  #stale = new Set();   // regions to put together anew
   #material;
   #decoder;
   #block_size_m = 1;
@@ -47,13 +55,15 @@ export class Surface {
     this.#decoder = decoder;
   }
 
-  get chunk_count() {
-    return [...this.#chunks.values()].filter((chunk) => chunk.mesh !== null).length;
-  }
-
   reset(scene) {
-    for (const chunk of this.#chunks.values()) this.#forget(chunk);
+    for (const region of this.#regions.values()) this.#free(region);
+    this.#regions.clear();
+    this.#stale.clear();
     this.#chunks.clear();
+    this.vertices_of.fill(0);
+    this.vertices = 0;
+    this.triangles = 0;
+    this.chunk_count = 0;
     this.#block_size_m = scene.block_size_m;
   }
 
@@ -61,40 +71,67 @@ export class Surface {
   put(encoded) {
     const before = this.#chunks.get(encoded.key);
     if (before && before.version >= encoded.version) return;
-    const chunk = this.#made(encoded);
-    if (before) this.#forget(before);
+    const chunk = this.#decoded(encoded);
     this.#chunks.set(encoded.key, chunk);
-    this.vertices += chunk.vertices;
-    this.triangles += chunk.triangles;
-    for (const [id, count] of chunk.ids) this.vertices_of[id] += count;
-    if (chunk.mesh) this.group.add(chunk.mesh);
+    if (before) this.#count(before, -1);
+    this.#count(chunk, 1);
+    const region = this.#regions.get(chunk.region.key) ?? { first: chunk.region.first, chunks: new Map(), mesh: null };
+    this.#regions.set(chunk.region.key, region);
+    chunk.arrays ? region.chunks.set(encoded.key, chunk) : region.chunks.delete(encoded.key);
+    this.#stale.add(region);
   }
 
-  #made(encoded) {
-    const { version, vertices, triangles } = encoded;
-    const chunk = { version, vertices, triangles, ids: new Map(), mesh: null, box: null };
+  // Before drawing: puts together what changed since the last time.
+  build() {
+    for (const region of this.#stale) this.#build(region);
+    this.#stale.clear();
+  }
+
+  // Everything again: the graphics card lost its copy.
+  rebuild() {
+    for (const region of this.#regions.values()) this.#stale.add(region);
+  }
+
+  #decoded(encoded) {
+    const { version, vertices, triangles, x, y, z } = encoded;
+    const chunk = { version, vertices, triangles, arrays: null, box: null, ids: new Map(), region: region_of(x, y, z) };
     if (triangles === 0) return chunk;
-    const arrays = decode_chunk(encoded, this.#decoder);
-    for (let i = 3; i < arrays.places.length; i += 4) chunk.ids.set(arrays.places[i], (chunk.ids.get(arrays.places[i]) ?? 0) + 1);
-    const { low, high } = extent_of(arrays.places);
-    const scale = this.#block_size_m / kUnitsPerBlock;
-    const corner = new Vector3(encoded.x, encoded.y, encoded.z).multiplyScalar(this.#block_size_m);
-    chunk.box = new Box3(new Vector3(...low).multiplyScalar(scale).add(corner), new Vector3(...high).multiplyScalar(scale).add(corner));
-    chunk.mesh = new Mesh(geometry_of(arrays, { low, high }), this.#material.seen);
-    chunk.mesh.position.copy(corner);
-    chunk.mesh.scale.setScalar(scale);
-    chunk.mesh.updateMatrix();
-    chunk.mesh.matrixAutoUpdate = false;
+    chunk.arrays = decode_chunk(encoded, this.#decoder);
+    const { places } = chunk.arrays;
+    for (let i = 3; i < places.length; i += 4) chunk.ids.set(places[i], (chunk.ids.get(places[i]) ?? 0) + 1);
+    chunk.box = box_of(places, new Vector3(x, y, z).multiplyScalar(this.#block_size_m), this.#block_size_m / kUnitsPerBlock);
     return chunk;
   }
 
-  #forget(chunk) {
-    this.vertices -= chunk.vertices;
-    this.triangles -= chunk.triangles;
-    for (const [id, count] of chunk.ids) this.vertices_of[id] -= count;
-    if (!chunk.mesh) return;
-    this.group.remove(chunk.mesh);
-    chunk.mesh.geometry.dispose();
+  #count(chunk, sign) {
+    this.vertices += sign * chunk.vertices;
+    this.triangles += sign * chunk.triangles;
+    this.chunk_count += chunk.arrays ? sign : 0;
+    for (const [id, count] of chunk.ids) this.vertices_of[id] += sign * count;
+  }
+
+  #build(region) {
+    this.#free(region);
+    if (region.chunks.size === 0) return;
+    const chunks = [...region.chunks.values()];
+    const geometry = geometry_of(merge(chunks.map(({ arrays, region: { offset } }) => ({ arrays, offset }))));
+    const mesh = new Mesh(geometry, this.#material.seen);
+    mesh.position.fromArray(region.first).multiplyScalar(this.#block_size_m);
+    mesh.scale.setScalar(this.#block_size_m / kUnitsPerMergedBlock);
+    mesh.updateMatrix();
+    mesh.matrixAutoUpdate = false;
+    const box = new Box3();
+    for (const chunk of chunks) box.union(chunk.box);
+    geometry.boundingSphere = box.getBoundingSphere(new Sphere()).applyMatrix4(mesh.matrix.clone().invert());
+    region.mesh = mesh;
+    this.group.add(mesh);
+  }
+
+  #free(region) {
+    if (!region.mesh) return;
+    this.group.remove(region.mesh);
+    region.mesh.geometry.dispose();
+    region.mesh = null;
   }
 
   // Around everything, in the map's own axes; empty without surface.
@@ -106,16 +143,17 @@ export class Surface {
 
   // From which direction around `up` most of the surface shows its front: a unit vector across `up`, in the map's axes.
   best_side(up) {
-    const east = new Vector3(1, 0, 0).cross(up).lengthSq() > 0.1 ? new Vector3(1, 0, 0).cross(up).normalize() : new Vector3(0, 1, 0).cross(up).normalize();
+    const other = Math.abs(up.x) < 0.7 ? new Vector3(1, 0, 0) : new Vector3(0, 1, 0);
+    const east = other.cross(up).normalize();
     const north = up.clone().cross(east);
     const directions = Array.from({ length: kNormalBins }, (_, i) => {
       const turn = (2 * Math.PI * i) / kNormalBins;
       return east.clone().multiplyScalar(Math.cos(turn)).addScaledVector(north, Math.sin(turn));
     });
     const seen = directions.map(() => 0);
-    for (const { mesh } of this.#chunks.values()) {
-      const normals = mesh?.geometry.getAttribute('normal').array ?? [];
-      for (let i = 0; i < normals.length; i += 4 * 16) {
+    for (const { arrays } of this.#chunks.values()) {
+      const normals = arrays?.normals ?? [];
+      for (let i = 0; i < normals.length; i += 4 * kNormalStride) {
         directions.forEach((d, k) => { seen[k] += Math.max(0, d.x * normals[i] + d.y * normals[i + 1] + d.z * normals[i + 2]); });
       }
     }

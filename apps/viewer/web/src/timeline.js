@@ -10,8 +10,8 @@ const kOrder = ['read', 'decode', 'semantic', 'instance', 'predict', 'fusion', '
 
 export function number_text(value) {
   if (!Number.isFinite(value)) return '–';
-  if (value >= 100) return Math.round(value).toLocaleString('en');
-  return value >= 10 ? value.toFixed(1) : value.toFixed(value === 0 ? 0 : 2);
+  if (value >= 100 || Number.isInteger(value)) return Math.round(value).toLocaleString('en');
+  return value.toFixed(value >= 10 ? 1 : 2);
 }
 
 export function duration_text(seconds) {
@@ -42,13 +42,13 @@ export class Timeline {
     const now_s = performance.now() / 1000;
     const dropped = Object.entries(run.dropped);
     const all = dropped.reduce((sum, [, count]) => sum + count, 0);
-    this.#show('geometry', 'Geometry', now_s, run.geometry_hz, 'frames/s', `${run.frames_used.toLocaleString('en')} frames used`);
-    this.#show('labels', 'Labels', now_s, run.label_hz, 'frames/s', `${run.frames_labelled.toLocaleString('en')} frames labelled`);
+    this.#show('geometry', 'Geometry', now_s, run.geometry_hz, 'Hz', `${run.frames_used.toLocaleString('en')} frames`);
+    this.#show('labels', 'Labels', now_s, run.label_hz, 'Hz', `${run.frames_labelled.toLocaleString('en')} frames`);
     this.#show('memory', 'Memory', now_s, run.memory_mb, 'MB', 'of the process');
-    this.#show('dropped', 'Dropped', now_s, all, 'frames', dropped.filter(([, n]) => n > 0).map(([stage, n]) => `${stage} ${n}`).join(', ') || 'none');
+    this.#show('dropped', 'Dropped', now_s, all, '', dropped.filter(([, n]) => n > 0).map(([stage, n]) => `${stage} ${n}`).join(', ') || 'none');
     const rank = ([name]) => (kOrder.includes(name) ? kOrder.indexOf(name) : kOrder.length);
     for (const [name, time] of Object.entries(run.stages).sort((a, b) => rank(a) - rank(b) || a[0].localeCompare(b[0], 'en'))) {
-      this.#show(`stage ${name}`, name, now_s, time.last_ms, 'ms', `p50 ${number_text(time.p50_ms)}  p95 ${number_text(time.p95_ms)}`, time.p95_ms);
+      this.#show(`stage ${name}`, name, now_s, time.last_ms, 'ms', `p50 ${number_text(time.p50_ms)} · p95 ${number_text(time.p95_ms)}`, time.p95_ms);
     }
     this.redraw();
   }

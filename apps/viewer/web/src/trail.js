@@ -47,11 +47,13 @@ export class Trail {
   #path = segments('#2f81c7', 2);
   #frustum = segments('#e08a1e', 2.5);
   #box = segments('#2f81c7', 2);
+  #box_behind = segments('#2f81c7', 1.5);  // the part of it that surface hides
   #path_points = 0;
 
   constructor(camera) {
     camera.layers.enable(kLineLayer);
-    this.group.add(this.#path, this.#frustum, this.#box);
+    this.group.add(this.#path, this.#frustum, this.#box, this.#box_behind);
+    Object.assign(this.#box_behind.material, { depthTest: false, opacity: 0.3 });
     this.#frustum.matrixAutoUpdate = false;
   }
 
@@ -59,6 +61,7 @@ export class Trail {
     this.#path.material.color.set(path);
     this.#frustum.material.color.set(frustum);
     this.#box.material.color.set(box);
+    this.#box_behind.material.color.set(box);
   }
 
   set path_shown(shown) {
@@ -67,7 +70,7 @@ export class Trail {
   }
 
   reset() {
-    for (const lines of [this.#path, this.#frustum, this.#box]) replace(lines, []);
+    for (const lines of [this.#path, this.#frustum, this.#box, this.#box_behind]) replace(lines, []);
     this.#path_points = 0;
   }
 
@@ -78,11 +81,12 @@ export class Trail {
   }
 
   // Returns the camera's pose in the map's axes, or null where there is no frame.
-  set_frame({ index, world_from_camera, camera }) {
-    if (index < 0 || !(camera.width > 0 && camera.fx > 0)) {
+  set_frame(frame) {
+    if (!frame || frame.index < 0 || !(frame.camera.width > 0 && frame.camera.fx > 0)) {
       replace(this.#frustum, []);
       return null;
     }
+    const { world_from_camera, camera } = frame;
     replace(this.#frustum, frustum_points(camera, kFrustumDepth_m));
     this.#frustum.matrix.set(...world_from_camera);
     this.#frustum.matrixWorldNeedsUpdate = true;
@@ -94,7 +98,9 @@ export class Trail {
 
   // Null takes the box away. Returns it as three.js has it.
   set_box(object) {
-    replace(this.#box, object ? box_points(object.min_m, object.max_m) : []);
+    const points = object ? box_points(object.min_m, object.max_m) : [];
+    replace(this.#box, points);
+    replace(this.#box_behind, points);
     return object ? new Box3(new Vector3(...object.min_m), new Vector3(...object.max_m)) : null;
   }
 }
