@@ -29,10 +29,3 @@ export class History {
     return this.#series.get(name) ?? [];
   }
 }
-
-// The p-quantile of numbers, 0 without any: the smallest value that at least p of them do not exceed.
-export function quantile(values, p) {
-  if (values.length === 0) return 0;
-  const sorted = [...values].sort((a, b) => a - b);
-  return sorted[Math.min(sorted.length - 1, Math.max(0, Math.ceil(p * sorted.length) - 1))];
-}

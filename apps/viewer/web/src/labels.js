@@ -101,16 +101,6 @@ export class Labels {
     this.#write(id);
   }
 
-  get hides_something() {
-    return this.#hidden_classes.size + this.#hidden_objects.size > 0;
-  }
-
-  show_everything() {
-    this.#hidden_classes.clear();
-    this.#hidden_objects.clear();
-    this.#write_all();
-  }
-
   select(id) {
     const before = this.selected;
     this.selected = id;
