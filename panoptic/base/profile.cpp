@@ -3,9 +3,11 @@
 #include "panoptic/base/profile.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 namespace panoptic {
 namespace {
@@ -21,6 +23,15 @@ void DurationHistogram::add(double seconds) {
   count_++;
   sum_s_ += seconds;
   max_s_ = std::max(max_s_, seconds);
+  last_s_ = seconds;
+}
+
+void DurationHistogram::add(const DurationHistogram& other) {
+  for (std::size_t i = 0; i < kBins; ++i) bins_[i] += other.bins_[i];
+  count_ += other.count_;
+  sum_s_ += other.sum_s_;
+  max_s_ = std::max(max_s_, other.max_s_);
+  last_s_ = other.last_s_;
 }
 
 double DurationHistogram::mean_ms() const { return count_ == 0 ? 0 : sum_s_ / static_cast<double>(count_) * 1e3; }
@@ -45,10 +56,21 @@ void Profile::add(std::string_view stage, double seconds) {
   found->second.add(seconds);
 }
 
+void Profile::add(const Profile& other) {
+  for (const auto& [stage, histogram] : other.stages_) stages_[stage].add(histogram);
+}
+
 double peak_rss_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
+}
+
+double rss_mb() {
+  double all_pages = 0;
+  double resident_pages = 0;
+  std::ifstream("/proc/self/statm") >> all_pages >> resident_pages;
+  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
 }  // namespace panoptic

@@ -18,10 +18,12 @@ namespace panoptic {
 class DurationHistogram {
  public:
   void add(double seconds);
+  void add(const DurationHistogram& other);  // all of its durations; what was last there is the last one
 
   std::uint64_t count() const { return count_; }
   double mean_ms() const;
   double max_ms() const { return max_s_ * 1e3; }
+  double last_ms() const { return last_s_ * 1e3; }
   double total_s() const { return sum_s_; }
   // The duration that a share p (0..1) of the samples does not exceed. 0 without samples.
   double percentile_ms(double p) const;
@@ -32,12 +34,14 @@ class DurationHistogram {
   std::uint64_t count_ = 0;
   double sum_s_ = 0;
   double max_s_ = 0;
+  double last_s_ = 0;
 };
 
 // Named stages. Not thread-safe: one writer.
 class Profile {
  public:
   void add(std::string_view stage, double seconds);
+  void add(const Profile& other);
   const std::map<std::string, DurationHistogram, std::less<>>& stages() const { return stages_; }
 
  private:
@@ -53,7 +57,8 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
-// The most memory that this process has held, in MB (1e6 bytes).
+// The most memory that this process has held, and what it holds now, in MB (1e6 bytes).
 double peak_rss_mb();
+double rss_mb();
 
 }  // namespace panoptic

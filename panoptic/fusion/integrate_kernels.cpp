@@ -33,6 +33,7 @@ struct SliceScratch {
 namespace kernels {
 
 void integrate_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
+void integrate_label_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
 
 // Where the voxels of a slice are and which pixels they fall on.
 [[gnu::always_inline]] static inline void project_slice(const KernelFrame& frame, const BlockInCamera& place, int slice,
@@ -104,8 +105,9 @@ void integrate_slices(const KernelFrame& frame, const BlockInCamera& place, cons
   }
 }
 
-PANOPTIC_CLONES
-void integrate_slices(const KernelFrame& frame_in, const BlockInCamera& place_in, const Band& band_in, VoxelBlock& block) {
+template <bool kLabelsOnly>
+[[gnu::always_inline]] static inline void fuse_slices(const KernelFrame& frame_in, const BlockInCamera& place_in,
+                                                      const Band& band_in, VoxelBlock& block) {
   const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
   const BlockInCamera place = place_in;
   const Band band = band_in;
@@ -121,15 +123,34 @@ void integrate_slices(const KernelFrame& frame_in, const BlockInCamera& place_in
     for (int row = 0; row < kRow; ++row) {
       if (!any_near(s, row)) continue;
       weigh(frame, band, s, row, r);
-      fuse_row(block, static_cast<std::size_t>(slice * kSlice + row * kRow), frame.votes, r);
+      const auto first = static_cast<std::size_t>(slice * kSlice + row * kRow);
+      if constexpr (kLabelsOnly) {
+        fuse_labels(block, first, frame.votes, r);
+      } else {
+        fuse_row(block, first, frame.votes, r);
+      }
     }
   }
+}
+
+PANOPTIC_CLONES
+void integrate_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
+  fuse_slices<false>(frame, place, band, block);
+}
+
+PANOPTIC_CLONES
+void integrate_label_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
+  fuse_slices<true>(frame, place, band, block);
 }
 
 }  // namespace kernels
 
 void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  kernels::integrate_slices(frame, place, band, block);
+  if (frame.labels_only) {
+    kernels::integrate_label_slices(frame, place, band, block);
+  } else {
+    kernels::integrate_slices(frame, place, band, block);
+  }
 }
 
 }  // namespace panoptic

@@ -29,6 +29,7 @@ struct KernelFrame {
   int height = 0;
   float fx = 1, fy = 1, cx = 0, cy = 0;
   LabelVotes votes;
+  bool labels_only = false;  // label and label weight alone are updated
 };
 
 // The band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.
@@ -112,7 +113,8 @@ struct BlockInCamera {
   float step_z[3];
 };
 
-// Projects every voxel of the block into the frame and fuses the pixel it falls on, within the band (Eq. 6-11).
+// Projects every voxel of the block into the frame and fuses the pixel it falls on, within the band (Eq. 6-11; with
+// frame.labels_only Eq. 9-11).
 void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
 
 }  // namespace panoptic

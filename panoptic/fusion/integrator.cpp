@@ -17,49 +17,79 @@ Fields fields(IntegratorOptions& o) {
 Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map, std::uint16_t first_object)
     : raycast_(options.method == "raycast"),
       band_{map.truncation_m(), map.voxel_size_m()},
+      voxel_size_m_(map.voxel_size_m()),
       votes_{options.object_vote, first_object} {}
+
+FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels) const {
+  const Camera& c = frame.depth_camera;
+  return {{registered.depth.data(), registered.color.data(), labels.data(), registered.width, registered.height,
+           static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy), votes_},
+          c,
+          frame.world_from_camera.linear().cast<float>(),
+          frame.world_from_camera.translation(),
+          registered.farthest_m};
+}
 
 void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels,
                            VoxelMap& map) {
-  const Camera& c = frame.depth_camera;
-  const FrameView view{
-      {registered.depth.data(), registered.color.data(), labels.data(), registered.width, registered.height,
-       static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy), votes_},
-      c,
-      frame.world_from_camera.linear().cast<float>(),
-      frame.world_from_camera.translation(),
-      registered.farthest_m};
+  const FrameView view = view_of(frame, registered, labels);
   map.begin_epoch();
+  touch(view, map);
+  update(view, allocate(map), map);
+}
+
+void Integrator::integrate_labels(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels,
+                                  VoxelMap& map) {
+  FrameView view = view_of(frame, registered, labels);
+  view.pixels.labels_only = true;
+  map.begin_epoch();
+  touch(view, map);
+  update(view, mark_touched(map, nullptr), map);
+}
+
+void Integrator::touch(const FrameView& view, const VoxelMap& map) {
   if (raycast_) {
     touch_rays(view, map);
-    update_by_rays(view, allocate(map), map);
   } else {
     touch_bands(view, band_, map.block_size_m(), keys_);
-    update_by_projection(view, allocate(map), map);
   }
 }
 
-// The slots of all touched blocks, each once. New blocks are allocated in ascending order of their keys.
-std::vector<Slot> Integrator::allocate(VoxelMap& map) {
+void Integrator::update(const FrameView& view, std::span<const Slot> slots, VoxelMap& map) {
+  if (raycast_) {
+    update_by_rays(view, slots, map);
+  } else {
+    update_by_projection(view, slots, map);
+  }
+}
+
+// The slots of all touched blocks that exist, each once; the keys of the others go to `absent`, if that is wanted.
+std::vector<Slot> Integrator::mark_touched(VoxelMap& map, std::vector<std::uint64_t>* absent) const {
   std::vector<Slot> slots;
-  std::vector<std::uint64_t> absent;
-  const auto add = [&](Slot slot) {
-    map.mark_changed(slot);
-    slots.push_back(slot);
-  };
   for (const std::vector<std::uint64_t>& chunk : keys_) {
     for (const std::uint64_t key : chunk) {
       const Slot slot = map.find_slot(unpack(key));
       if (slot == VoxelMap::kNoSlot) {
-        absent.push_back(key);
+        if (absent != nullptr) absent->push_back(key);
       } else if (map.changed_at(slot) != map.epoch()) {
-        add(slot);
+        map.mark_changed(slot);
+        slots.push_back(slot);
       }
     }
   }
+  return slots;
+}
+
+// The slots of all touched blocks, each once. New blocks are allocated in ascending order of their keys.
+std::vector<Slot> Integrator::allocate(VoxelMap& map) const {
+  std::vector<std::uint64_t> absent;
+  std::vector<Slot> slots = mark_touched(map, &absent);
   std::sort(absent.begin(), absent.end());
   absent.erase(std::unique(absent.begin(), absent.end()), absent.end());
-  for (const std::uint64_t key : absent) add(map.allocate(unpack(key)));
+  for (const std::uint64_t key : absent) {
+    slots.push_back(map.allocate(unpack(key)));
+    map.mark_changed(slots.back());
+  }
   return slots;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 // The paper's way: every pixel updates the voxels along its ray (section III-D).
+#include <memory>
+
 #include "panoptic/base/parallel.h"
 #include "panoptic/fusion/integrator.h"
 
@@ -21,16 +23,28 @@ void Integrator::touch_rays(const FrameView& view, const VoxelMap& map) {
   });
 }
 
-// One block = one task: it takes up the passages through it, chunk by chunk in the order of the pixels.
+// It takes up the passages through it, chunk by chunk in the order of the pixels.
+void Integrator::update_block_by_rays(const FrameView& view, BlockIndex index, VoxelBlock& block) const {
+  const Vec3f place(static_cast<float>(index.x), static_cast<float>(index.y), static_cast<float>(index.z));
+  const RayTarget target{block, place * kBlockSide};
+  for (const PassageLists& lists : rays_) {
+    fuse_passages(view, ray_table_, {band_, voxel_size_m_}, lists.passages(pack(index)), target);
+  }
+}
+
+// One block = one task. Labels come seldom (what networks manage), so they are fused by way of a copy of the block.
 void Integrator::update_by_rays(const FrameView& view, std::span<const Slot> slots, VoxelMap& map) {
-  const RayBand band{band_, map.voxel_size_m()};
   parallel_for(slots.size(), [&](std::size_t i) {
     const BlockIndex index = map.index_of(slots[i]);
-    const Vec3f block(static_cast<float>(index.x), static_cast<float>(index.y), static_cast<float>(index.z));
-    const RayTarget target{map.block(slots[i]), block * kBlockSide};
-    for (const PassageLists& lists : rays_) {
-      fuse_passages(view, ray_table_, band, lists.passages(pack(index)), target);
+    VoxelBlock& block = map.block(slots[i]);
+    if (!view.pixels.labels_only) {
+      update_block_by_rays(view, index, block);
+      return;
     }
+    const auto fused = std::make_unique<VoxelBlock>(block);
+    update_block_by_rays(view, index, *fused);
+    block.label = fused->label;
+    block.label_weight = fused->label_weight;
   });
 }
 

@@ -112,12 +112,20 @@ class ChunkBuilder {
     v.area_normal = Vec3f::Zero();
     v.color = {mixed_channel(a.red[i], b.red[j], along), mixed_channel(a.green[i], b.green[j], along),
                mixed_channel(a.blue[i], b.blue[j], along)};
-    v.panoptic_id = static_cast<PanopticId>(along < 0.5F ? a.label[i] : b.label[j]);
+    const bool lower_is_nearer = along < 0.5F;
+    v.panoptic_id = static_cast<PanopticId>(lower_is_nearer ? a.label[i] : b.label[j]);
+    v.confidence = lower_is_nearer ? confidence(a.label_weight[i], a.weight[i]) : confidence(b.label_weight[j], b.weight[j]);
     v.corner_x = static_cast<std::uint8_t>(lower[0]);
     v.corner_y = static_cast<std::uint8_t>(lower[1]);
     v.corner_z = static_cast<std::uint8_t>(lower[2]);
     v.axis = axis;
     chunk_.vertices.push_back(v);
+  }
+
+  // REQUIRES weight > 0. What an object says counts more than once, so its labels may weigh more than the voxel.
+  static std::uint8_t confidence(float label_weight, float weight) {
+    const float share = label_weight / weight;
+    return static_cast<std::uint8_t>((share < 1 ? share : 1.0F) * 255.0F + 0.5F);
   }
 
   // 8.8 fixed point; 0 = that voxel has no colour yet, so the other one decides.

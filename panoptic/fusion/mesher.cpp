@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <unordered_map>
+#include <utility>
 
 #include "panoptic/base/parallel.h"
 
@@ -59,8 +60,12 @@ std::size_t Mesher::update(const VoxelMap& map) {
   for (const Slot slot : map.changed_since(seen_epoch_)) add_with_lower_neighbours(map, map.index_of(slot), slots);
   std::sort(slots.begin(), slots.end());
   slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
-  chunks_.resize(map.block_count());
-  parallel_for(slots.size(), [&](std::size_t i) { chunks_[slots[i]] = extract_chunk(map, slots[i], options_.min_weight); });
+  if (chunks_.size() < map.block_count()) chunks_.resize(map.block_count(), std::make_shared<const MeshChunk>());
+  parallel_for(slots.size(), [&](std::size_t i) {
+    std::shared_ptr<const MeshChunk>& chunk = chunks_[slots[i]];
+    MeshChunk made = extract_chunk(map, slots[i], options_.min_weight);
+    if (!made.triangles.empty() || !chunk->triangles.empty()) chunk = std::make_shared<const MeshChunk>(std::move(made));
+  });
   seen_epoch_ = map.epoch();
   return slots.size();
 }
@@ -69,16 +74,16 @@ Mesh Mesher::assemble(const VoxelMap& map, const ObjectRegistry& objects, const 
   Mesh mesh;
   std::size_t vertex_count = 0;
   std::size_t triangle_count = 0;
-  for (const MeshChunk& chunk : chunks_) {
-    vertex_count += chunk.vertices.size();
-    triangle_count += chunk.triangles.size();
+  for (const auto& chunk : chunks_) {
+    vertex_count += chunk->vertices.size();
+    triangle_count += chunk->triangles.size();
   }
   mesh.vertices.reserve(vertex_count);
   mesh.triangles.reserve(triangle_count);
   std::unordered_map<EdgeKey, std::uint32_t, EdgeHash> border_vertices;
   std::vector<std::uint32_t> global;
   for (Slot slot = 0; slot < chunks_.size(); ++slot) {
-    const MeshChunk& chunk = chunks_[slot];
+    const MeshChunk& chunk = *chunks_[slot];
     global.resize(chunk.vertices.size());
     for (std::size_t i = 0; i < chunk.vertices.size(); ++i) {
       const ChunkVertex& v = chunk.vertices[i];

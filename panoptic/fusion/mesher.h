@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "panoptic/base/config.h"
@@ -28,6 +29,7 @@ struct ChunkVertex {
   Rgb color;
   PanopticId panoptic_id;  // of the voxel that is nearer
   std::uint8_t corner_x, corner_y, corner_z, axis;
+  std::uint8_t confidence;  // in the label: weight of the label / weight of the distance of that voxel, x 255, at most 255
 };
 
 // The triangles of the cells whose lowest corner is a voxel of one block.
@@ -41,18 +43,20 @@ class Mesher {
   explicit Mesher(const MesherOptions& options) : options_(options) {}
 
   // Extracts anew the chunks of the blocks that changed since the last call and of the neighbours that look into them; blocks
-  // run in parallel. Returns how many chunks were made.
+  // run in parallel. A chunk that was empty and still is stays the same one. Returns how many were looked at.
   std::size_t update(const VoxelMap& map);
 
   // All chunks as one mesh with shared vertices (none twice at block borders), unit normals, and classes as the objects have
   // them now.
   Mesh assemble(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels) const;
 
-  const std::vector<MeshChunk>& chunks() const { return chunks_; }  // by slot
+  // By slot, never null. A chunk is immutable: what changed is replaced, so whoever shares one may read it for ever, on any
+  // thread, and chunks at the same address are the same chunk.
+  const std::vector<std::shared_ptr<const MeshChunk>>& chunks() const { return chunks_; }
 
  private:
   MesherOptions options_;
-  std::vector<MeshChunk> chunks_;
+  std::vector<std::shared_ptr<const MeshChunk>> chunks_;
   std::uint64_t seen_epoch_ = 0;
 };
 

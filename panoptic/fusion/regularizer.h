@@ -67,6 +67,8 @@ class Regularizer {
   SubmapChanges solve(const SubmapGraph& submap, Ranges ranges = {}) const;
   // Leaves voxels alone that a frame has changed since they were copied. `map` must be in an epoch of its own (begin_epoch).
   std::size_t write_back(const SubmapChanges& changes, VoxelMap& map);
+  // Before choose: forgets the votes for labels that no voxel holds any more.
+  void forget_unused(const VoxelMap& map) { votes_.forget_unused(ids_in_use(map)); }
 
  private:
   SubmapChanges regularize(const VoxelMap& map, const std::vector<Slot>& blocks, MeanFieldScratch& scratch, Ranges ranges) const;

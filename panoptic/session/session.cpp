@@ -13,6 +13,7 @@ namespace panoptic {
 namespace {
 
 constexpr const char* kDefaultLabels = "indoor";
+constexpr const char* kNoReading = "no depth reading between depth.min_m and depth.max_m";
 
 }  // namespace
 
@@ -36,53 +37,113 @@ Session::Session(const Options& options, LabelSet labels)
   farthest_camera_m_ = map_edge_m;
 }
 
+// How long the stages of one frame take, and their sum "fusion".
+class Session::Stages {
+ public:
+  explicit Stages(Profile& profile) : profile_(profile) {}
+  void done(const char* name) {
+    profile_.add(name, stopwatch_.seconds() - before_s_);
+    before_s_ = stopwatch_.seconds();
+  }
+  void all_done(const char* name) { profile_.add(name, stopwatch_.seconds()); }
+
+ private:
+  Profile& profile_;
+  Stopwatch stopwatch_;
+  double before_s_ = 0;
+};
+
+std::optional<std::string> Session::why_refused(const Frame& frame, const Segmentation& segmentation) const {
+  if (std::optional<std::string> reason = why_unusable(frame)) return reason;
+  if (const char* why = why_unusable(segmentation, frame.color.width(), frame.color.height())) return why;
+  if (frame.world_from_camera.translation().cwiseAbs().maxCoeff() > farthest_camera_m_) {
+    return "pose lies farther out than a map reaches";
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string> Session::add(const Frame& frame, const Segmentation& segmentation) {
-  std::optional<std::string> reason = why_unusable(frame);
-  if (!reason) {
-    if (const char* why = why_unusable(segmentation, frame.color.width(), frame.color.height())) reason = why;
-  }
-  if (!reason && frame.world_from_camera.translation().cwiseAbs().maxCoeff() > farthest_camera_m_) {
-    reason = "pose lies farther out than a map reaches";
-  }
-  if (reason) {
+  if (std::optional<std::string> reason = why_refused(frame, segmentation)) {
     skip({frame.index, *reason});
     return reason;
   }
   if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
 
-  const Stopwatch fusion;
-  double before = 0;
-  const auto stage_done = [&](const char* name) {
-    profile_.add(name, fusion.seconds() - std::exchange(before, fusion.seconds()));
-  };
-
+  Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (registered.readings == 0) {
-    reason = "no depth reading between depth.min_m and depth.max_m";
+    skip({frame.index, kNoReading});
+    return kNoReading;
+  }
+  stages.done("register");
+  const auto& ids = track(frame, segmentation, registered, stages);
+  integrator_.integrate(frame, registered, ids, map_);  // Eq. 6-11
+  stages.done("integrate");
+  stages.all_done("fusion");
+
+  count_frame(frame);
+  count_labels(segmentation);
+  if (frames_.used() % regularize_every_ == 0) regularize();
+  return std::nullopt;
+}
+
+std::optional<std::string> Session::add_geometry(const Frame& frame) {
+  Stages stages(profile_);
+  std::optional<std::string> reason = why_refused(frame, {});
+  const RegisteredFrame* registered = reason ? nullptr : &registration_.apply(frame, {});
+  if (registered != nullptr && registered->readings == 0) reason = kNoReading;
+  if (reason) {
     skip({frame.index, *reason});
     return reason;
   }
-  stage_done("register");
+  stages.done("register");
+  no_votes_.assign(registered->segment.size(), PanopticId::kNoVote);
+  integrator_.integrate(frame, *registered, no_votes_, map_);  // Eq. 6-8
+  stages.done("integrate");
+  stages.all_done("fusion");
+  count_frame(frame);
+  return std::nullopt;
+}
+
+std::optional<std::string> Session::add_labels(const Frame& frame, const Segmentation& segmentation) {
+  if (std::optional<std::string> reason = why_refused(frame, segmentation)) return reason;
+  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+  Stages stages(profile_);
+  const RegisteredFrame& registered = registration_.apply(frame, segmentation);
+  if (registered.readings == 0) return kNoReading;
+  stages.done("register labels");
+  const auto& ids = track(frame, segmentation, registered, stages);
+  integrator_.integrate_labels(frame, registered, ids, map_);  // Eq. 9-11
+  stages.done("integrate labels");
+  stages.all_done("label fusion");
+  count_labels(segmentation);
+  return std::nullopt;
+}
+
+const std::vector<PanopticId>& Session::track(const Frame& frame, const Segmentation& segmentation,
+                                              const RegisteredFrame& registered, Stages& stages) {
   reference_labels(map_, frame, registered, reference_);  // Eq. 2
-  stage_done("reference");
+  stages.done("reference");
   const auto& ids = tracker_.assign(registered, segmentation.segments, reference_, frame.index, objects_);  // Eq. 3-5, 12
   record_views(segmentation, {frame.index, tracker_.segment_ids(), tracker_.segment_areas_px()}, objects_);
-  stage_done("track");
-  integrator_.integrate(frame, registered, ids, map_);  // Eq. 6-11
-  stage_done("integrate");
-  profile_.add("fusion", fusion.seconds());
+  stages.done("track");
+  return ids;
+}
 
+void Session::count_frame(const Frame& frame) {
   up_sum_ -= frame.world_from_camera.linear().col(1);
   last_frame_ = frame.index;
   frames_.count_used();
+}
+
+void Session::count_labels(const Segmentation& segmentation) {
+  ++label_frames_;
+  if (!segmentation.segment_at.empty()) ++labelled_;
   note_together();
-  if (frames_.used() % maintain_every_ == 0) {
-    const Stopwatch maintaining;
-    maintenance_.run(map_, objects_, so_far());
-    profile_.add("maintain", maintaining.seconds());
-  }
-  if (frames_.used() % regularize_every_ == 0) regularize();
-  return std::nullopt;
+  if (label_frames_ % maintain_every_ != 0) return;
+  const Stopwatch maintaining;
+  maintenance_.run(map_, objects_, so_far());
+  profile_.add("maintain", maintaining.seconds());
 }
 
 void Session::note_together() {
@@ -101,12 +162,36 @@ void Session::regularize() {
   profile_.add("regularize", stopwatch.seconds());
 }
 
+std::vector<std::vector<Slot>> Session::choose_submaps() {
+  if (!regularizes_) return {};
+  regularizer_.forget_unused(map_);
+  return regularizer_.choose(map_);
+}
+
+void Session::write_back(SubmapChanges changes) {
+  std::erase_if(changes.changes, [&](LabelChange& change) {
+    const auto id = static_cast<PanopticId>(change.label.label);
+    if (!labels_.is_object(id)) return false;
+    change.label.label = number(objects_.survivor(id));
+    return objects_.find(objects_.survivor(id)) == nullptr;
+  });
+  map_.begin_epoch();
+  regularizer_.write_back(changes, map_);
+}
+
 void Session::finish() {
   const Stopwatch maintaining;
   maintenance_.finish(map_, objects_, so_far());
   profile_.add("maintain", maintaining.seconds());
   regularize();
   objects_.retire_unused(ids_in_use(map_));
+}
+
+const std::vector<std::shared_ptr<const MeshChunk>>& Session::surface() {
+  const Stopwatch stopwatch;
+  mesher_.update(map_);
+  profile_.add("mesh", stopwatch.seconds());
+  return mesher_.chunks();
 }
 
 Mesh Session::mesh() {

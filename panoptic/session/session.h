@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,12 @@ class Session {
   // reason is returned. An empty segmentation leaves labels alone. Regularizes after every regularizer.every_frames used frames.
   std::optional<std::string> add(const Frame& frame, const Segmentation& segmentation);
 
+  // The two halves of add, for runs where labels come later than frames: all geometry first and the labels of the same frame
+  // later leave the map that add would have left, but for what else happened in between. add_geometry counts the frame; what
+  // add_labels refuses is only returned. add_labels REQUIRES that add_geometry took this frame. Neither regularizes.
+  std::optional<std::string> add_geometry(const Frame& frame);
+  std::optional<std::string> add_labels(const Frame& frame, const Segmentation& segmentation);
+
   // Counts a frame that could not even be read.
   void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
 
@@ -43,16 +50,30 @@ class Session {
   // that lost their last voxel.
   void regularize();
 
+  // The same in steps, so that the long one can run beside the mapping: choose_submaps and gather read the map, solve reads only
+  // its argument (and may be called while another thread uses the session), write_back changes the map: not where a frame did
+  // meanwhile, and never to an object that is no more.
+  std::vector<std::vector<Slot>> choose_submaps();
+  SubmapGraph gather(const std::vector<Slot>& blocks) const { return regularizer_.gather(map_, blocks); }
+  SubmapChanges solve(const SubmapGraph& submap) const { return regularizer_.solve(submap); }
+  void write_back(SubmapChanges changes);
+
   // After the last frame: object maintenance that must wait until then, and the last regularization.
   void finish();
 
   // The surface as it is now; only blocks that changed since the last call are extracted anew.
   Mesh mesh();
 
+  // The surface in chunks, by slot, brought up to date; whoever copies the pointers may read them at any time later.
+  const std::vector<std::shared_ptr<const MeshChunk>>& surface();
+
   const VoxelMap& map() const { return map_; }
   const ObjectRegistry& objects() const { return objects_; }
   const LabelSet& labels() const { return labels_; }
   const FrameLog& frames() const { return frames_; }
+  std::uint64_t labelled() const { return labelled_; }  // frames that came with a prediction
+  // Per segment of the last frame that was added, or whose labels were: which it is in the map.
+  std::span<const PanopticId> segment_ids() const { return tracker_.segment_ids(); }
   // Stages "register", "reference", "track", "integrate", their sum "fusion", "maintain", "regularize" and "mesh"; callers add
   // their own.
   Profile& profile() { return profile_; }
@@ -61,6 +82,13 @@ class Session {
   Vec3d up() const;
 
  private:
+  class Stages;
+
+  std::optional<std::string> why_refused(const Frame& frame, const Segmentation& segmentation) const;
+  const std::vector<PanopticId>& track(const Frame& frame, const Segmentation& segmentation, const RegisteredFrame& registered,
+                                       Stages& stages);
+  void count_frame(const Frame& frame);
+  void count_labels(const Segmentation& segmentation);
   void note_together();
   SoFar so_far() const { return {up(), last_frame_, frames_.used()}; }
 
@@ -77,7 +105,10 @@ class Session {
   Regularizer regularizer_;
   Mesher mesher_;
   std::vector<PanopticId> reference_;
+  std::vector<PanopticId> no_votes_;  // of a frame without labels
   FrameLog frames_;
+  std::uint64_t label_frames_ = 0;  // frames that labels were integrated of, or could have been
+  std::uint64_t labelled_ = 0;
   Profile profile_;
   Vec3d up_sum_ = Vec3d::Zero();
   std::int64_t last_frame_ = 0;
