@@ -171,7 +171,7 @@ TEST(ObjectRegistry, MergingGivesWhatOneObjectWouldBeThatSawEverything) {
     whole.observe(one, segment, t);
     whole.show(one, view);
   }
-  apart.merge(a, b);
+  apart.merge(a, b, 199);
   const Object& merged = *apart.find(b);
   const Object& expected = *whole.find(one);
   EXPECT_EQ(merged.first_frame, expected.first_frame);
