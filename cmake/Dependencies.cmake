@@ -18,6 +18,10 @@ find_package(libzip REQUIRED)  # its package refers to the tools zipcmp, zipmerg
 find_package(tinyobjloader REQUIRED)
 # eval/ alone: headers only, without a package of its own
 find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
+# apps/viewer alone. The library's headers must see the options that it was built with, which only its pkg-config file tells.
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(CppHttplib REQUIRED IMPORTED_TARGET cpp-httplib)
+find_package(meshoptimizer REQUIRED)
 find_package(OnnxRuntime)
 if(NOT OnnxRuntime_FOUND)
   message(STATUS "ONNX Runtime not found: networks run on OpenCV DNN alone (slower). scripts/setup fetches it, or set OnnxRuntime_ROOT.")

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <map>
 
 namespace panoptic {
 namespace {
@@ -16,6 +17,7 @@ constexpr const char* kFooter =
     "  panoptic run scan.sens --predictions predictions/ -o out/scan --set map.voxel_size_m=0.01\n"
     "  panoptic doctor recording/\n"
     "  panoptic simulate --seed 1 -o home && panoptic run home --predictions home/predictions -o out/home\n"
+    "  panoptic view out/kitchen\n"
     "  panoptic explain out/kitchen 31 --png chair_31.png\n"
     "  panoptic eval out/home --gt home --json scores.json\n"
     "Exit codes: 0 done, 1 something in the world is wrong (one line on stderr), 2 wrong usage, 130 interrupted.";
@@ -90,6 +92,27 @@ void add_explanation(CLI::App& app, Arguments& a) {
   app.footer("Probabilities, votes over time, best frames, boxes, mergers: docs/outputs.md says what each means.");
 }
 
+void add_viewer(CLI::App& app, Arguments& a) {
+  constexpr int kMostPorts = 65535;
+  app.add_option("--port", a.port, "port of the viewer; default: 8060, or the next one that is free; 0: any")
+      ->check(CLI::Range(0, kMostPorts));
+  app.add_option("--bind", a.bind, "address of the viewer; default 127.0.0.1; others than loopback need --token");
+  app.add_option("--token", a.token, "what browsers must show: 8 to 128 characters of A-Z a-z 0-9 - . _ ~");
+}
+
+void add_live(CLI::App& run, Arguments& a) {
+  CLI::Option* online =
+      run.add_flag("--online", a.online, "map as with a camera: labels when they are ready, frames dropped when behind");
+  const std::map<std::string, double> words = {{"max", 0}};
+  run.add_option("--speed", a.speed,
+                 "with --online: times the speed of the recording, default 1; max: as fast as it can be mapped")
+      ->transform(CLI::Transformer(words))
+      ->check(CLI::Range(0.0, 1000.0))
+      ->needs(online);
+  run.add_flag("--view", a.view, "show the map in the browser while it grows");
+  add_viewer(run, a);
+}
+
 }  // namespace
 
 Arguments parse_arguments(int argc, char** argv) {
@@ -105,6 +128,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_networks(*run, a);
   run->add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
   run->add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
+  add_live(*run, a);
   run->footer("Without networks and predictions, geometry and colour are mapped.");
 
   CLI::App* predict = app.add_subcommand("predict", "run the networks over a recording and write their predictions to disk");
@@ -118,6 +142,10 @@ Arguments parse_arguments(int argc, char** argv) {
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
 
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
+
+  CLI::App* view = app.add_subcommand("view", "look at a finished map in the browser");
+  view->add_option("out", a.viewed, "folder of a run")->required();
+  add_viewer(*view, a);
 
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
 

@@ -38,6 +38,10 @@ struct Arguments {
   std::string labels;
   std::string frames;
   int threads = 0;
+  // run
+  bool online = false;
+  std::optional<double> speed;  // 0 = as fast as possible
+  bool view = false;
   // simulate
   std::optional<std::string> seed;
   std::optional<int> rooms;
@@ -56,6 +60,11 @@ struct Arguments {
   std::string explained;  // folder of a run
   std::uint16_t object_id = 0;
   std::string png;
+  // view, and run --view
+  std::string viewed;  // folder of a run
+  std::string bind;    // empty = loopback
+  std::optional<std::uint16_t> port;
+  std::string token;
   // benchmark
   bool quick = false;
   std::string group;

@@ -15,6 +15,7 @@ int evaluate(const Arguments& arguments);
 int explain(const Arguments& arguments);
 int simulate(const Arguments& arguments);
 int benchmark(const Arguments& arguments);
+int view(const Arguments& arguments);
 
 // What to say where std::bad_alloc ends.
 constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";
@@ -22,6 +23,10 @@ constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set ma
 // --frames, or everything. Throws UsageError.
 struct FrameRange;
 FrameRange frame_range_from(const Arguments& arguments);
+
+// --bind, --port and --token.
+struct ViewerOptions;
+ViewerOptions viewer_options_from(const Arguments& arguments);
 
 // "enet.toml + yolo.toml"; empty without networks.
 std::string networks_text(const NetworkOptions& options);

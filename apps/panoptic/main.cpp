@@ -18,6 +18,7 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "explain") return panoptic::explain(arguments);
   if (arguments.command == "simulate") return panoptic::simulate(arguments);
   if (arguments.command == "benchmark") return panoptic::benchmark(arguments);
+  if (arguments.command == "view") return panoptic::view(arguments);
   if (arguments.command == "options") {
     panoptic::Options options;
     fmt::print("{}", panoptic::describe(panoptic::fields(options)));

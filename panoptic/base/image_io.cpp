@@ -124,6 +124,19 @@ std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image) {
   return encode(".png", cv::Mat(image.height(), image.width(), CV_16UC1, const_cast<std::uint16_t*>(image.data())));
 }
 
+std::vector<std::uint8_t> encode_png(const Image<Rgb>& color, const Image<std::uint8_t>& alpha) {
+  PANOPTIC_ASSERT(alpha.same_size(color.width(), color.height()));
+  cv::Mat bgra(color.height(), color.width(), CV_8UC4);
+  for (int v = 0; v < color.height(); ++v) {
+    auto* out = bgra.ptr<cv::Vec4b>(v);
+    for (int u = 0; u < color.width(); ++u) {
+      const Rgb c = color(u, v);
+      out[u] = {c.b, c.g, c.r, alpha(u, v)};
+    }
+  }
+  return encode(".png", bgra);
+}
+
 void write_png(const std::filesystem::path& path, const Image<Rgb>& image) { write_mat(path, to_bgr(image)); }
 
 void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& image) {

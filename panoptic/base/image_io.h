@@ -30,6 +30,8 @@ Image<std::uint16_t> decode_gray16(std::span<const std::uint8_t> bytes, std::str
 std::vector<std::uint8_t> encode_jpeg(const Image<Rgb>& image, int quality);
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image);
 std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image);
+// Colours with transparency; 0 = see-through. REQUIRES two images of one size.
+std::vector<std::uint8_t> encode_png(const Image<Rgb>& color, const Image<std::uint8_t>& alpha);
 
 void write_png(const std::filesystem::path& path, const Image<Rgb>& image);
 void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& image);

@@ -257,20 +257,27 @@ class Scene {
 
 }  // namespace
 
-void write_glb(const std::filesystem::path& path, const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up) {
+std::string glb_bytes(const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up) {
   Scene builder(mesh, labels);
   for (const auto& [id, part] : split_by_id(mesh)) builder.add(id, part);
   const tinygltf::Model model = builder.finish(up);
   if (!model.buffers.empty() && model.buffers.front().data.size() > kMaxBufferBytes) {
-    throw Error(fmt::format("cannot write {}: the mesh takes more than the 4 GB that a .glb file can hold; use larger voxels",
-                            path.string()));
+    throw Error("the mesh takes more than the 4 GB that a .glb file can hold; use larger voxels");
   }
   std::ostringstream stream;
   tinygltf::TinyGLTF writer;
-  if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) {
-    throw Error(fmt::format("cannot write {}: the scene cannot be encoded as glTF", path.string()));
+  if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) throw Error("the scene cannot be encoded as glTF");
+  return stream.str();
+}
+
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up) {
+  std::string bytes;
+  try {
+    bytes = glb_bytes(mesh, labels, up);
+  } catch (const Error& e) {
+    throw Error(fmt::format("cannot write {}: {}", path.string(), e.what()));
   }
-  write_file(path, stream.str());
+  write_file(path, bytes);
 }
 
 }  // namespace panoptic

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "panoptic/data/labels.h"
 #include "panoptic/data/mesh.h"
@@ -17,7 +18,10 @@ namespace panoptic {
 // _COLOR. Its extras name the class and the id. A triangle belongs to the id of its speaker (data/object_shapes.h); triangles
 // without area in their indices and those with a position that is not finite are left out.
 // Vertices keep their world coordinates. With `up`, a root node `map` turns that direction to +Y, which viewers show upwards.
-// Written whole or not at all. Throws Error if the file cannot be written or the scene is larger than the 4 GB of the format.
+// Throws Error if the scene is larger than the 4 GB of the format.
+std::string glb_bytes(const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up = {});
+
+// The same as a file, written whole or not at all. Throws Error also if it cannot be written.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up = {});
 
 }  // namespace panoptic

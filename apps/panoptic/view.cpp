@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+#include "apps/panoptic/commands.h"
+#include "apps/panoptic/progress.h"
+#include "apps/viewer/result_folder.h"
+#include "apps/viewer/server.h"
+
+namespace panoptic {
+
+ViewerOptions viewer_options_from(const Arguments& arguments) {
+  ViewerOptions options;
+  if (!arguments.bind.empty()) options.bind = arguments.bind;
+  options.port = arguments.port;
+  options.token = arguments.token;
+  return options;
+}
+
+int view(const Arguments& arguments) {
+  watch_for_interrupt();
+  OpenedResult result = open_result(arguments.viewed);
+  const std::size_t chunks = result.snapshot->chunks.size();
+  const std::size_t objects = result.snapshot->objects.size();
+  LatestSnapshot latest;
+  latest.publish(std::move(result.snapshot));
+  const ViewerServer server(viewer_options_from(arguments), std::move(result.scene), latest);
+  fmt::print("{}: {} objects, {} pieces of surface\nlook at   {}\nCtrl-C ends it\n", arguments.viewed, objects, chunks,
+             server.url());
+  std::fflush(stdout);
+  while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  return kDone;
+}
+
+}  // namespace panoptic

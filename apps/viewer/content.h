@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the viewer answers to which path, without the network: a fixed table of names, no file system behind it.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "apps/viewer/encode.h"
+#include "apps/viewer/pictures.h"
+#include "panoptic/session/snapshot.h"
+
+namespace panoptic {
+
+struct Answer {
+  int status = 200;
+  std::string type;  // of the content
+  std::shared_ptr<const std::string> body;
+  std::string download_name;  // a file to be saved, not shown; empty = none
+};
+
+// What stands behind the "?" of an address.
+using Query = std::multimap<std::string, std::string>;
+
+inline constexpr std::size_t kMaxChunksAsked = 64;
+
+// Thread-safe. `latest` must live as long.
+class ViewerContent {
+ public:
+  ViewerContent(SnapshotScene scene, const LatestSnapshot& latest);
+
+  // The answer to a path below /api; status 404 for every other path, 400 for a query that is not as documented.
+  Answer answer(const std::string& path, const Query& query);
+
+  // What the event stream says of a snapshot.
+  std::string event(const Snapshot& snapshot) const;
+  const LatestSnapshot& latest() const { return latest_; }
+
+  // Lets go of snapshots and encoded bytes; they are made again when somebody asks.
+  void forget();
+  std::uint64_t encodings() const { return chunks_.encodings(); }
+
+ private:
+  std::shared_ptr<const SnapshotSurface> surface();
+  Answer state(const Query& query);
+  Answer objects(const Query& query);
+  Answer chunks(const Query& query);
+  Answer glb(const Query& query);
+
+  SnapshotScene scene_;
+  const LatestSnapshot& latest_;
+  std::string run_;  // different for every start
+  ChunkCache chunks_;
+  FramePictures pictures_;
+  std::mutex surface_mutex_;
+  std::shared_ptr<const SnapshotSurface> surface_;  // of the newest snapshot that somebody asked for
+  std::mutex glb_mutex_;                            // one at a time: it takes memory
+};
+
+}  // namespace panoptic

@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/viewer/messages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "panoptic/base/json.h"
+
+namespace panoptic {
+namespace {
+
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+// To a tenth of a millimetre: floats as JSON writes them in full are three times as long.
+double rounded(double value) { return std::round(value * 1e4) / 1e4; }
+
+Json to_json(const Vec3f& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
+
+Json to_json(const Rgb& c) { return {c.r, c.g, c.b}; }
+
+std::string key(BlockIndex i) { return fmt::format("{},{},{}", i.x, i.y, i.z); }
+
+Json path_json(const std::vector<Vec3f>& path) {
+  Json points = Json::array();
+  const std::size_t stride = std::max<std::size_t>(1, (path.size() + kMaxPathSent - 2) / (kMaxPathSent - 1));
+  for (std::size_t i = 0; i < path.size(); i += stride) points.push_back(to_json(path[i]));
+  if (!path.empty() && (path.size() - 1) % stride != 0) points.push_back(to_json(path.back()));
+  return points;
+}
+
+Json frame_json(const SnapshotFrame& frame) {
+  if (frame.index < 0) return nullptr;
+  Json pose = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) pose.push_back(frame.world_from_color.matrix()(row, column));
+  }
+  const Camera& c = frame.color_camera;
+  return {{"index", frame.index},
+          {"time_s", frame.time_s},
+          {"labelled_index", frame.labelled_index},
+          {"world_from_camera", std::move(pose)},
+          {"camera", {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}}};
+}
+
+Json run_json(const RunState& run) {
+  Json stages = Json::object();
+  for (const auto& [name, s] : run.stages) {
+    stages[name] = {{"count", s.count}, {"p50_ms", s.p50_ms}, {"p95_ms", s.p95_ms}, {"last_ms", s.last_ms}};
+  }
+  return {{"frames_done", run.frames_done}, {"frames_total", run.frames_total},
+          {"frames_used", run.frames_used}, {"frames_labelled", run.frames_labelled},
+          {"dropped", run.dropped},         {"geometry_hz", run.geometry_hz},
+          {"label_hz", run.label_hz},       {"elapsed_s", run.elapsed_s},
+          {"memory_mb", run.memory_mb},     {"finished", run.finished},
+          {"stopped_by", run.stopped_by},   {"stages", std::move(stages)}};
+}
+
+Json to_json(const SnapshotObject& object, const LabelSet& labels) {
+  Json probabilities = Json::array();
+  for (const ClassProbability& p : object.probabilities) {
+    probabilities.push_back(Json::array({number(p.class_id), p.probability}));
+  }
+  std::string name(labels.name_of(object.class_id));
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return {{"id", number(object.id)},
+          {"class_id", number(object.class_id)},
+          {"name", fmt::format("{}_{}", name, number(object.id))},
+          {"color", to_json(color_of(object.id, labels))},
+          {"probabilities", std::move(probabilities)},
+          {"first_frame", object.first_frame},
+          {"last_frame", object.last_frame},
+          {"observations", object.observations},
+          {"vertices", object.vertices},
+          {"min_m", to_json(object.min_m)},
+          {"max_m", to_json(object.max_m)}};
+}
+
+}  // namespace
+
+std::string scene_message(const SnapshotScene& scene, const std::string& run) {
+  Json classes = Json::array();
+  for (const LabelClass& c : scene.labels.classes()) {
+    classes.push_back({{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", to_json(c.color)}});
+  }
+  return text_of({{"protocol", kViewerProtocol},
+                  {"title", scene.title},
+                  {"dataset", scene.dataset},
+                  {"run", run},
+                  {"voxel_size_m", scene.voxel_size_m},
+                  {"block_size_m", scene.block_size_m},
+                  {"first_thing", scene.labels.first_thing()},
+                  {"has_confidence", scene.has_confidence},
+                  {"classes", std::move(classes)}});
+}
+
+std::string state_message(const SnapshotSurface& surface, std::uint64_t since) {
+  const Snapshot& snapshot = surface.snapshot();
+  Json chunks = Json::array();
+  for (std::size_t i = 0; i < snapshot.chunks.size(); ++i) {
+    if (surface.version(i) > since) chunks.push_back(Json::array({key(snapshot.chunks[i].index), surface.version(i)}));
+  }
+  return text_of({{"revision", snapshot.revision},
+                  {"up", to_json(snapshot.up)},
+                  {"chunks", std::move(chunks)},
+                  {"path", path_json(snapshot.path_m)},
+                  {"frame", frame_json(snapshot.frame)},
+                  {"run", run_json(snapshot.run)}});
+}
+
+std::string objects_message(const Snapshot& snapshot, const LabelSet& labels) {
+  Json objects = Json::array();
+  for (const SnapshotObject& object : snapshot.objects) objects.push_back(to_json(object, labels));
+  return text_of({{"revision", snapshot.revision}, {"objects", std::move(objects)}});
+}
+
+std::string event_message(const Snapshot& snapshot, const std::string& run) {
+  return text_of(
+      {{"revision", snapshot.revision}, {"frame", snapshot.frame.index}, {"finished", snapshot.run.finished}, {"run", run}});
+}
+
+}  // namespace panoptic

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The JSON messages of docs/viewer_protocol.md. Numbers that are not finite become null, bytes that are not UTF-8 the
+// replacement character.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "apps/viewer/surface.h"
+
+namespace panoptic {
+
+inline constexpr int kViewerProtocol = 1;
+inline constexpr std::size_t kMaxPathSent = 2000;
+
+std::string scene_message(const SnapshotScene& scene, const std::string& run);
+// Chunks newer than `since` only.
+std::string state_message(const SnapshotSurface& surface, std::uint64_t since);
+std::string objects_message(const Snapshot& snapshot, const LabelSet& labels);
+// What the event `state` says.
+std::string event_message(const Snapshot& snapshot, const std::string& run);
+
+}  // namespace panoptic

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A finished result (docs/outputs.md) as what viewers look at.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "panoptic/data/mesh.h"
+#include "panoptic/session/snapshot.h"
+
+namespace panoptic {
+
+struct OpenedResult {
+  SnapshotScene scene;                       // without confidence: a mesh does not hold it
+  std::shared_ptr<const Snapshot> snapshot;  // revision 1, finished, no frame
+};
+
+// Reads mesh.ply, objects.json, report.json and, if it is there, trajectory.txt. Throws Error naming the file and what is wrong
+// with it.
+OpenedResult open_result(const std::filesystem::path& folder);
+
+// The mesh in chunks: each triangle goes to the block of the cell that it lies in, and takes its vertices along, so those at
+// borders are in several chunks. Ascending blocks. Throws Error if a triangle is larger than the voxels allow or lies farther
+// away than blocks can be numbered.
+std::vector<SnapshotChunk> cut_into_chunks(const Mesh& mesh, double voxel_size_m);
+
+}  // namespace panoptic
