@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "panoptic/base/parallel.h"
+
 namespace panoptic {
 namespace {
 
@@ -26,41 +28,43 @@ Fields fields(TrackerOptions& o) {
 LabelTracker::LabelTracker(const TrackerOptions& options, LabelSet labels)
     : options_(options), labels_(std::move(labels)), column_of_id_(kIds, kNoColumn) {}
 
-// Neighbouring pixels mostly repeat the same pair, so runs are counted and added at their end.
-void LabelTracker::count_overlaps(const RegisteredFrame& registered, std::size_t segment_count,
-                                  std::span<const PanopticId> reference) {
+void LabelTracker::find_bands(const RegisteredFrame& registered, std::span<const PanopticId> reference) {
+  const std::size_t pixels = reference.size();
+  parallel_for(kBands, [&](std::size_t band) {
+    const PixelRange range{static_cast<std::uint32_t>(pixels * band / kBands),
+                           static_cast<std::uint32_t>(pixels * (band + 1) / kBands)};
+    find_runs(registered.segment, reference, range, runs_[band]);
+  });
+}
+
+std::size_t LabelTracker::column_of(PanopticId object, std::size_t segment_count) {
+  std::uint16_t& column = column_of_id_[number(object)];
+  if (column == kNoColumn) {
+    column = static_cast<std::uint16_t>(column_id_.size());
+    column_id_.push_back(object);
+    reference_area_.push_back(0);
+    overlap_.resize(column_id_.size() * segment_count, 0);
+  }
+  return column;
+}
+
+void LabelTracker::count_overlaps(std::size_t segment_count) {
   for (const PanopticId id : column_id_) column_of_id_[number(id)] = kNoColumn;
   column_id_.clear();
   reference_area_.clear();
+  overlap_.clear();
   segment_area_.assign(segment_count, 0);
-  std::vector<std::vector<std::uint32_t>> columns;  // per reference object: overlap with each segment
-  const auto column = [&](PanopticId id) -> std::size_t {
-    std::uint16_t& c = column_of_id_[number(id)];
-    if (c == kNoColumn) {
-      c = static_cast<std::uint16_t>(column_id_.size());
-      column_id_.push_back(id);
-      reference_area_.push_back(0);
-      columns.emplace_back(segment_count, 0);
+  for (const std::vector<LabelRun>& band : runs_) {
+    for (std::size_t r = 0; r + 1 < band.size(); ++r) {
+      const LabelRun& run = band[r];
+      const std::uint32_t pixels = band[r + 1].begin - run.begin;
+      if (run.segment == RegisteredFrame::kNoSegment) continue;
+      if (run.segment > 0) segment_area_[run.segment - 1U] += pixels;
+      if (!labels_.is_object(run.reference)) continue;
+      const std::size_t column = column_of(run.reference, segment_count);
+      reference_area_[column] += pixels;
+      if (run.segment > 0) overlap_[column * segment_count + run.segment - 1U] += pixels;
     }
-    return c;
-  };
-  const auto add_run = [&](std::uint16_t segment, PanopticId id, std::uint32_t run) {
-    if (segment == RegisteredFrame::kNoSegment) return;
-    if (segment > 0) segment_area_[segment - 1U] += run;
-    if (!labels_.is_object(id)) return;
-    const std::size_t c = column(id);
-    reference_area_[c] += run;
-    if (segment > 0) columns[c][segment - 1U] += run;
-  };
-  std::size_t begin = 0;
-  for (std::size_t i = 1; i <= reference.size(); ++i) {
-    if (i < reference.size() && registered.segment[i] == registered.segment[begin] && reference[i] == reference[begin]) continue;
-    add_run(registered.segment[begin], reference[begin], static_cast<std::uint32_t>(i - begin));
-    begin = i;
-  }
-  overlap_.assign(segment_count * column_id_.size(), 0);
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    for (std::size_t s = 0; s < segment_count; ++s) overlap_[s * columns.size() + c] = columns[c][s];
   }
   column_taken_.assign(column_id_.size(), false);
 }
@@ -70,7 +74,7 @@ PanopticId LabelTracker::best_match(std::size_t segment) const {
   PanopticId best = PanopticId::kUnknown;
   double best_iou = options_.iou_threshold;
   for (std::size_t c = 0; c < column_id_.size(); ++c) {
-    const double shared = overlap_[segment * column_id_.size() + c];
+    const double shared = overlap_[c * segment_area_.size() + segment];
     if (column_taken_[c] || shared == 0) continue;
     const double both = static_cast<double>(segment_area_[segment]) + reference_area_[c] - shared;
     const double iou = shared / both;
@@ -86,7 +90,8 @@ PanopticId LabelTracker::best_match(std::size_t segment) const {
 const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& registered, std::span<const Segment> segments,
                                                     std::span<const PanopticId> reference, std::int64_t frame,
                                                     ObjectRegistry& objects) {
-  count_overlaps(registered, segments.size(), reference);
+  find_bands(registered, reference);
+  count_overlaps(segments.size());
   std::vector<std::size_t> order(segments.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return segment_area_[a] > segment_area_[b]; });
@@ -101,11 +106,13 @@ const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& regis
     if (id != PanopticId::kUnknown) {
       column_taken_[column_of_id_[number(id)]] = true;
     } else {
-      id = objects.create().value_or(PanopticId::kNoVote);
+      id = objects.create(frame).value_or(PanopticId::kNoVote);
     }
     if (id != PanopticId::kNoVote) objects.observe(id, segment, frame);
   }
-  label_pixels(registered, segments, reference, objects);
+  result_.resize(registered.segment.size());
+  std::fill(result_.begin() + static_cast<std::ptrdiff_t>(reference.size()), result_.end(), PanopticId::kNoVote);
+  label_pixels(segments, objects);
   return result_;
 }
 
@@ -117,23 +124,26 @@ bool LabelTracker::says_less(std::size_t value, ClassId known, std::span<const S
   return segment.is_whole_class && segment.class_id == known;
 }
 
-void LabelTracker::label_pixels(const RegisteredFrame& registered, std::span<const Segment> segments,
-                                std::span<const PanopticId> reference, const ObjectRegistry& objects) {
+// A run says one thing: what its segment is, or what the map knows where that says more.
+void LabelTracker::label_pixels(std::span<const Segment> segments, const ObjectRegistry& objects) {
   const std::size_t columns = column_id_.size();
-  std::vector<bool> confirms((segments.size() + 1) * columns, false);
+  std::vector<std::uint8_t> confirms((segments.size() + 1) * columns, 0);
   for (std::size_t c = 0; options_.trust_map && c < columns; ++c) {
     const ClassId known = objects.class_of(column_id_[c]);
-    for (std::size_t v = 0; v <= segments.size(); ++v) confirms[v * columns + c] = says_less(v, known, segments);
+    for (std::size_t v = 0; v <= segments.size(); ++v) confirms[v * columns + c] = says_less(v, known, segments) ? 1 : 0;
   }
-  result_.assign(registered.segment.size(), PanopticId::kNoVote);
-  for (std::size_t i = 0; i < result_.size(); ++i) {
-    const std::uint16_t value = registered.segment[i];
-    if (value == RegisteredFrame::kNoSegment) continue;
-    result_[i] = id_of_value_[value];
-    const PanopticId known = i < reference.size() ? reference[i] : PanopticId::kUnknown;
-    const std::size_t column = column_of_id_[number(known)];
-    if (column != kNoColumn && confirms[value * columns + column]) result_[i] = known;
-  }
+  const auto label_of = [&](const LabelRun& run) {
+    if (run.segment == RegisteredFrame::kNoSegment) return PanopticId::kNoVote;
+    const std::size_t column = column_of_id_[number(run.reference)];
+    if (column != kNoColumn && confirms[run.segment * columns + column] != 0) return run.reference;
+    return id_of_value_[run.segment];
+  };
+  parallel_for(kBands, [&](std::size_t band) {
+    const std::vector<LabelRun>& runs = runs_[band];
+    for (std::size_t r = 0; r + 1 < runs.size(); ++r) {
+      std::fill(result_.begin() + runs[r].begin, result_.begin() + runs[r + 1].begin, label_of(runs[r]));
+    }
+  });
 }
 
 }  // namespace panoptic

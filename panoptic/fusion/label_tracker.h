@@ -4,12 +4,14 @@
 // Keeps object ids the same from frame to frame by asking the map (Eq. 3-5), and gathers class evidence (Eq. 12).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "panoptic/base/config.h"
 #include "panoptic/data/segmentation.h"
+#include "panoptic/fusion/label_runs.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/map/object_registry.h"
 
@@ -31,7 +33,8 @@ class LabelTracker {
   // else a new id; larger masks choose first, and no id is taken twice. Stuff keeps its class number. IoU counts the pixels
   // that have both a depth reading and a segment (the reference exists nowhere else). Evidence goes to `objects` (Eq. 12).
   // Returns the label per depth pixel plus the extra pixel of RegisteredFrame; kNoVote where the frame says nothing.
-  // Good until the next call, as are the two below. Not thread-safe.
+  // Good until the next call, as are the two below. Not thread-safe; bands of pixels run in parallel, and the result is the
+  // same at any number of threads.
   const std::vector<PanopticId>& assign(const RegisteredFrame& registered, std::span<const Segment> segments,
                                         std::span<const PanopticId> reference, std::int64_t frame, ObjectRegistry& objects);
 
@@ -40,17 +43,22 @@ class LabelTracker {
   std::span<const std::uint32_t> segment_areas_px() const { return segment_area_; }
 
  private:
-  void count_overlaps(const RegisteredFrame& registered, std::size_t segment_count, std::span<const PanopticId> reference);
+  // Pixels are worked in this many bands: fixed, so that nothing depends on the thread count.
+  static constexpr std::size_t kBands = 16;
+
+  void find_bands(const RegisteredFrame& registered, std::span<const PanopticId> reference);
+  void count_overlaps(std::size_t segment_count);
+  std::size_t column_of(PanopticId object, std::size_t segment_count);
   PanopticId best_match(std::size_t segment) const;
   bool says_less(std::size_t value, ClassId known, std::span<const Segment> segments) const;
-  void label_pixels(const RegisteredFrame& registered, std::span<const Segment> segments, std::span<const PanopticId> reference,
-                    const ObjectRegistry& objects);
+  void label_pixels(std::span<const Segment> segments, const ObjectRegistry& objects);
 
   TrackerOptions options_;
   LabelSet labels_;
   std::vector<PanopticId> result_;
   std::vector<PanopticId> id_of_value_ = {PanopticId::kUnknown};  // by value of RegisteredFrame::segment
-  // Co-occurrence of segments (rows) and objects seen in the reference (columns, in order of first appearance).
+  std::array<std::vector<LabelRun>, kBands> runs_;
+  // Co-occurrence of segments and objects seen in the reference (columns, in order of first appearance), column by column.
   std::vector<std::uint32_t> overlap_;
   std::vector<std::uint32_t> segment_area_;
   std::vector<std::uint32_t> reference_area_;
