@@ -12,6 +12,9 @@ find_package(TinyGLTF REQUIRED)
 if(PANOPTIC_PARALLEL STREQUAL "tbb")
   find_package(TBB REQUIRED)
 endif()
+# map/ alone: the map file
+find_package(SQLite3 3.37 REQUIRED)
+find_package(zstd REQUIRED)
 # sim/ alone: rays, the furniture's archive and its models
 find_package(embree 3 REQUIRED)
 find_package(libzip REQUIRED)  # its package refers to the tools zipcmp, zipmerge and ziptool

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "panoptic/data/labels.h"
@@ -67,10 +68,17 @@ class VoteHistory {
     bool operator==(const Bin&) const = default;
   };
 
+  VoteHistory() = default;
+  // As bins() and log2_frames_per_bin() of another one told. REQUIRES what they guarantee.
+  VoteHistory(std::vector<Bin> bins, int log2_frames_per_bin)
+      : bins_(std::move(bins)), log2_frames_per_bin_(log2_frames_per_bin) {}
+
   void add(std::int64_t frame, ClassId class_id);
   void merge(const VoteHistory& other);
 
   const std::vector<Bin>& bins() const { return bins_; }  // ascending, none empty
+  static constexpr int kMostLog2 = 60;                    // 16 bins of that width hold every frame number there is
+  int log2_frames_per_bin() const { return log2_frames_per_bin_; }
   std::uint64_t frames_per_bin() const { return std::uint64_t{1} << log2_frames_per_bin_; }
   std::int64_t first_frame(const Bin& bin) const { return bin.number * static_cast<std::int64_t>(frames_per_bin()); }
 
@@ -81,7 +89,7 @@ class VoteHistory {
   void widen();
 
   std::vector<Bin> bins_;
-  int log2_frames_per_bin_ = 0;  // at most 60: 16 bins of that width hold every frame number there is
+  int log2_frames_per_bin_ = 0;  // at most kMostLog2
 };
 
 }  // namespace panoptic

@@ -8,6 +8,12 @@
 
 namespace panoptic {
 
+ObjectRegistry::ObjectRegistry(std::uint16_t first_thing, RegistryState state)
+    : first_thing_(first_thing), objects_(std::move(state.objects)), created_since_retirement_(state.created_since_retirement) {
+  const auto is_gone = [](const Object& o) { return o.id == PanopticId::kUnknown; };
+  retired_ = static_cast<std::size_t>(std::count_if(objects_.begin(), objects_.end(), is_gone));
+}
+
 std::optional<PanopticId> ObjectRegistry::create(std::int64_t frame) {
   created_since_retirement_++;
   const bool all_given = first_thing_ + objects_.size() >= number(PanopticId::kNoVote);

@@ -39,11 +39,23 @@ struct Object {
   BestViews best_views;
   std::vector<ObjectPart> parts;                  // in the order in which they were found
   PanopticId merged_into = PanopticId::kUnknown;  // of an object that is no more: the one that it turned out to be a part of
+
+  bool operator==(const Object&) const = default;
+};
+
+// Everything that a registry knows, to save it and to go on from there.
+struct RegistryState {
+  std::vector<Object> objects;  // by id - first_thing; of a retired or merged one the id is kUnknown, and it has no evidence
+  std::size_t created_since_retirement = 0;
 };
 
 class ObjectRegistry {
  public:
   explicit ObjectRegistry(std::uint16_t first_thing) : first_thing_(first_thing) {}
+  // One that goes on where another one with the same first_thing was.
+  ObjectRegistry(std::uint16_t first_thing, RegistryState state);
+  RegistryState state() const { return {objects_, created_since_retirement_}; }
+  std::uint16_t first_thing() const { return first_thing_; }
 
   // A new object. Ids count up; only when 65534 was given are those of retired objects used again, lowest first. Nothing when
   // all are taken.

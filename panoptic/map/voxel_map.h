@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "panoptic/base/config.h"
@@ -59,6 +60,12 @@ class VoxelMap {
   void mark_changed(Slot slot) { changed_at_[slot] = epoch_; }
   std::uint64_t changed_at(Slot slot) const { return changed_at_[slot]; }
   std::vector<Slot> changed_since(std::uint64_t epoch) const;  // ascending
+
+  // Takes up the epochs of a map that was saved. REQUIRES changed_at per slot, none after `epoch`.
+  void restore_epochs(std::uint64_t epoch, std::vector<std::uint64_t> changed_at) {
+    epoch_ = epoch;
+    changed_at_ = std::move(changed_at);
+  }
 
   // A fingerprint of every voxel bit: equal maps have equal hashes, whatever the order in which blocks were allocated.
   std::uint64_t hash() const;

@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Voxel blocks as few bytes, bit for bit: voxels that hold nothing cost nothing, the others are predicted from their neighbours
+// and what is left is compressed. docs/map_format.md has the layout.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "panoptic/map/compression.h"
+#include "panoptic/map/voxel_block.h"
+
+namespace panoptic {
+
+// One per thread.
+class BlockEncoder {
+ public:
+  Bytes encode(const VoxelBlock& block);
+
+ private:
+  Compressor compressor_;
+  Bytes payload_;
+};
+
+class BlockDecoder {
+ public:
+  // Into a block that holds nothing. Returns nullptr, or what is wrong with the bytes; the block then holds anything. Whatever
+  // the bytes are, it takes no more time and memory than an ordinary block. Distances and weights are finite, weights not
+  // negative.
+  const char* decode(std::span<const std::uint8_t> bytes, VoxelBlock& block);
+
+ private:
+  Decompressor decompressor_;
+  Bytes payload_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where the voxels of a label are, without a mesh. Counted are observed voxels within 1.5 voxels of the surface.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "panoptic/base/geometry.h"
+#include "panoptic/data/labels.h"
+#include "panoptic/map/voxel_map.h"
+
+namespace panoptic {
+
+struct LabelExtent {
+  std::uint64_t voxels = 0;
+  // Voxel coordinates in the whole map; metres = (coordinate + 0.5) * voxel size.
+  std::array<std::int32_t, 3> min{};
+  std::array<std::int32_t, 3> max{};
+  std::array<std::int64_t, 3> sum{};
+
+  void add(const LabelExtent& other);
+  bool operator==(const LabelExtent&) const = default;
+};
+
+using LabelExtents = std::map<PanopticId, LabelExtent>;
+
+// In metres, world: the box around the voxels (their outer faces), and their mean.
+struct ExtentBox {
+  Vec3d min_m;
+  Vec3d max_m;
+  Vec3d center_m;
+};
+ExtentBox box_of(const LabelExtent& extent, double voxel_size_m);
+
+LabelExtents label_extents(const VoxelBlock& block, BlockIndex index, float voxel_size_m);
+LabelExtents label_extents(const VoxelMap& map);
+
+}  // namespace panoptic

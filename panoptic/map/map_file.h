@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A map as one SQLite file; docs/map_format.md describes it. Saving and loading gives the same map, bit for bit, with slots and
+// epochs. Files are checked from end to end when they are loaded: whatever a file holds, loading it gives a sound map or an Error
+// of one line, and takes no more memory than the file could need.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/base/geometry.h"
+#include "panoptic/data/labels.h"
+#include "panoptic/map/compression.h"
+#include "panoptic/map/object_registry.h"
+#include "panoptic/map/voxel_map.h"
+
+namespace panoptic {
+
+// What became of a position of the recording.
+struct FrameRecord {
+  std::int64_t position = 0;  // counts the positions that were read, from 0
+  std::int64_t frame = 0;     // its number in the recording
+  double time_s = 0;
+  std::optional<Pose> world_from_camera;  // none if it could not be read, or is not finite
+  bool labelled = false;                  // it came with a prediction
+  std::string unused_because;             // empty: it was used
+};
+
+// What never changes in a map file.
+struct MapHeader {
+  MapOptions options;
+  LabelSet labels;
+};
+
+// What whoever saves a map keeps in it besides: texts and bytes by name. The names of the format itself (docs/map_format.md) are
+// taken.
+struct MapNotes {
+  std::map<std::string, std::string> texts;
+  std::map<std::string, Bytes> states;
+};
+
+struct SavedMap {
+  MapHeader header;
+  VoxelMap map;
+  ObjectRegistry objects;
+  MapNotes notes;
+};
+
+// Throws Error if the file is no sound map.
+SavedMap load_map(const std::filesystem::path& path);
+std::vector<FrameRecord> load_frames(const std::filesystem::path& path);
+
+// A block as it is to be saved.
+struct BlockCopy {
+  Slot slot = 0;
+  BlockIndex index;
+  std::uint64_t changed_at = 0;
+  const VoxelBlock* voxels = nullptr;
+};
+
+// What changed since the last time.
+struct MapUpdate {
+  std::uint64_t epoch = 0;
+  std::vector<BlockCopy> blocks;    // those that changed; blocks never vanish
+  ObjectRegistry objects{1};        // all of them
+  std::vector<FrameRecord> frames;  // new ones
+  MapNotes notes;                   // all of them
+};
+// Everything of a map; good as long as the map is.
+MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects);
+
+// Writes a map file bit by bit while the map grows. At every moment the file holds what the last successful write was given,
+// also if the process is killed. One thread at a time; not necessarily the one that the map belongs to. Throws Error.
+class MapFileWriter {
+ public:
+  // A new file that holds an empty map. Refuses if there is a file of that name.
+  static MapFileWriter create(const std::filesystem::path& path, const MapHeader& header);
+  // Goes on in a file that was loaded as `saved`.
+  static MapFileWriter open(const std::filesystem::path& path, const SavedMap& saved);
+
+  MapFileWriter(MapFileWriter&&) noexcept;
+  MapFileWriter& operator=(MapFileWriter&&) noexcept;
+  ~MapFileWriter();  // as close, but says nothing
+
+  // All of it or, if it throws, nothing; then the next update must hold what this one did. `in_parallel`: encodes on all threads,
+  // else on the caller's alone, so that others are not disturbed.
+  void write(const MapUpdate& update, bool in_parallel);
+
+  // Merges the write-ahead log into the file: after that it is one file again. Nothing can be written any more.
+  void close();
+
+ private:
+  struct State;
+  explicit MapFileWriter(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// A whole map at once; the file appears whole or not at all, and replaces an older one.
+void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update);
+
+}  // namespace panoptic

@@ -1,0 +1,243 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/map/block_codec.h"
+#include "panoptic/map/map_file.h"
+#include "panoptic/map/map_rows.h"
+#include "panoptic/map/map_schema.h"
+#include "panoptic/map/object_rows.h"
+#include "panoptic/map/sqlite.h"
+
+namespace panoptic {
+namespace {
+
+constexpr const char* kUseAnother = "the file is damaged: use another copy";
+constexpr std::size_t kBlocksAtOnce = 512;
+constexpr std::size_t kBlocksPerTask = 16;
+// Blocks of real maps compress 3 times, and hardly touched ones 100 times.
+constexpr std::uint64_t kMostGrowth = 500;
+constexpr std::uint64_t kAlwaysAllowed = 64U << 20;
+constexpr std::int64_t kMostEpoch = std::int64_t{1} << 60;
+constexpr std::int64_t kMostNotes = 1000;
+
+std::map<std::string, std::string> read_meta(Database& database) {
+  std::map<std::string, std::string> meta;
+  Statement row(database, "SELECT key, value FROM meta LIMIT 1000");
+  while (row.step()) meta.emplace(row.text(0), row.text(1));
+  return meta;
+}
+
+const std::string& meta_value(const Database& database, const std::map<std::string, std::string>& meta, const char* key) {
+  const auto found = meta.find(key);
+  if (found == meta.end()) database.refuse(fmt::format("meta lacks '{}'; {}", key, kUseAnother));
+  return found->second;
+}
+
+std::int64_t meta_integer(const Database& database, const std::map<std::string, std::string>& meta, const char* key,
+                          std::int64_t max) {
+  const std::string& text = meta_value(database, meta, key);
+  std::int64_t value = -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value < 0 || value > max) {
+    database.refuse(fmt::format("meta '{}' is no whole number from 0 to {}; {}", key, max, kUseAnother));
+  }
+  return value;
+}
+
+LabelSet read_labels(Database& database, const std::string& name) {
+  std::vector<LabelClass> classes;
+  Statement row(database,
+                "SELECT id, name, is_thing, red, green, blue, max_size_m, is_support FROM classes ORDER BY id LIMIT 1000");
+  const auto channel = [&](int column) { return static_cast<std::uint8_t>(row.integer(column, 0, 255)); };
+  while (row.step()) {
+    LabelClass c;
+    c.id = static_cast<ClassId>(row.integer(0, 1, 65535));
+    c.name = std::string(row.text(1));
+    c.is_thing = row.integer(2, 0, 1) != 0;
+    c.color = {channel(3), channel(4), channel(5)};
+    c.max_size_m = row.real(6);
+    if (!std::isfinite(c.max_size_m) || c.max_size_m < 0)
+      database.refuse(fmt::format("a class has no proper size; {}", kUseAnother));
+    c.is_support = row.integer(7, 0, 1) != 0;
+    classes.push_back(std::move(c));
+  }
+  try {
+    return {name, std::move(classes)};
+  } catch (const Error& e) {
+    database.refuse(fmt::format("its label set cannot be: {}", e.what()));
+  }
+}
+
+MapHeader read_header(Database& database, const std::map<std::string, std::string>& meta) {
+  MapHeader header;
+  read_toml_text(meta_value(database, meta, kMetaMap), fmt::format("map file {}: meta 'map'", database.path().string()),
+                 fields(header.options));
+  header.labels = read_labels(database, meta_value(database, meta, kMetaLabelSet));
+  return header;
+}
+
+// A row of `blocks` on its way into the map.
+struct BlockRow {
+  Slot slot = 0;
+  Bytes bytes;
+  const char* wrong = nullptr;
+};
+
+// The highest id that a voxel of the map may hold.
+struct IdLimit {
+  std::uint16_t highest;
+};
+
+const char* decode_row(BlockDecoder& decoder, const BlockRow& row, VoxelBlock& block, IdLimit limit) {
+  if (const char* wrong = decoder.decode(row.bytes, block)) return wrong;
+  const bool known = std::all_of(block.label.begin(), block.label.end(), [&](std::uint16_t id) { return id <= limit.highest; });
+  return known ? nullptr : "a voxel has the id of an object that never was";
+}
+
+void decode_rows(const Database& database, std::vector<BlockRow>& rows, VoxelMap& map, IdLimit limit) {
+  parallel_for((rows.size() + kBlocksPerTask - 1) / kBlocksPerTask, [&](std::size_t task) {
+    BlockDecoder decoder;
+    const std::size_t end = std::min(rows.size(), (task + 1) * kBlocksPerTask);
+    for (std::size_t i = task * kBlocksPerTask; i < end; ++i) {
+      rows[i].wrong = decode_row(decoder, rows[i], map.block(rows[i].slot), limit);
+    }
+  });
+  for (const BlockRow& row : rows) {
+    if (row.wrong != nullptr) database.refuse(fmt::format("block {}: {}; {}", row.slot, row.wrong, kUseAnother));
+  }
+  rows.clear();
+}
+
+void require_plausible_count(Database& database) {
+  const auto blocks = static_cast<std::uint64_t>(database.integer("SELECT count(*) FROM blocks"));
+  const auto file_bytes =
+      static_cast<std::uint64_t>(database.integer("SELECT page_count * page_size FROM pragma_page_count, pragma_page_size"));
+  if (blocks <= (kMostGrowth * file_bytes + kAlwaysAllowed) / sizeof(VoxelBlock)) return;
+  database.refuse(fmt::format("it claims {} blocks in {} bytes, more than any map; {}", blocks, file_bytes, kUseAnother));
+}
+
+void read_blocks(Database& database, VoxelMap& map, std::int64_t epoch, IdLimit limit) {
+  require_plausible_count(database);
+  std::vector<BlockRow> rows;
+  std::vector<std::uint64_t> changed_at;
+  Statement row(database, "SELECT slot, x, y, z, changed_at, checksum, voxels FROM blocks ORDER BY slot");
+  const auto coordinate = [&](int column) {
+    return static_cast<std::int32_t>(row.integer(column, -kMaxBlockCoordinate, kMaxBlockCoordinate));
+  };
+  while (row.step()) {
+    const auto slot = static_cast<Slot>(map.block_count());
+    row.integer(0, slot, slot);
+    const BlockIndex index{coordinate(1), coordinate(2), coordinate(3)};
+    changed_at.push_back(static_cast<std::uint64_t>(row.integer(4, 1, epoch)));
+    const auto bytes = row.bytes(6);
+    if (row_checksum({slot, index.x, index.y, index.z, row.integer(4)}, bytes) != row.integer(5)) {
+      database.refuse(fmt::format("block {}: its checksum is wrong; {}", slot, kUseAnother));
+    }
+    if (map.find(index) != nullptr) {
+      database.refuse(fmt::format("block {}: it is at ({}, {}, {}), where there is one already; {}", slot, index.x, index.y,
+                                  index.z, kUseAnother));
+    }
+    map.allocate(index);
+    rows.push_back({slot, Bytes(bytes.begin(), bytes.end()), nullptr});
+    if (rows.size() == kBlocksAtOnce) decode_rows(database, rows, map, limit);
+  }
+  decode_rows(database, rows, map, limit);
+  map.restore_epochs(static_cast<std::uint64_t>(epoch), std::move(changed_at));
+}
+
+// No object may be a part of itself, by whatever way round.
+void require_ends(const Database& database, const std::vector<Object>& objects, std::uint16_t first_thing) {
+  std::vector<char> ends(objects.size(), 0);
+  for (std::size_t start = 0; start < objects.size(); ++start) {
+    std::vector<std::size_t> way;
+    std::size_t at = start;
+    while (ends[at] == 0 && objects[at].merged_into != PanopticId::kUnknown && way.size() <= objects.size()) {
+      way.push_back(at);
+      at = std::size_t{number(objects[at].merged_into)} - first_thing;
+    }
+    if (way.size() > objects.size()) database.refuse(fmt::format("objects are merged in a circle; {}", kUseAnother));
+    ends[at] = 1;
+    for (const std::size_t passed : way) ends[passed] = 1;
+  }
+}
+
+std::map<std::string, Bytes> read_states(Database& database) {
+  constexpr std::int64_t kMostSize = 1 << 30;
+  std::map<std::string, Bytes> states;
+  Statement row(database, "SELECT name, size, checksum, bytes FROM state LIMIT 1000");
+  Decompressor decompressor;
+  while (row.step()) {
+    const std::string name(row.text(0));
+    const auto compressed = row.bytes(3);
+    const std::int64_t size = row.integer(1, 0, kMostSize);
+    if (row_checksum({size}, compressed) != row.integer(2)) {
+      database.refuse(fmt::format("state '{}': its checksum is wrong; {}", name, kUseAnother));
+    }
+    // zstd packs at most 2^15 equal bytes into one, roughly.
+    if (static_cast<std::uint64_t>(size) > (std::uint64_t{compressed.size()} << 16)) {
+      database.refuse(fmt::format("state '{}' claims {} bytes; {}", name, size, kUseAnother));
+    }
+    Bytes bytes(static_cast<std::size_t>(size));
+    if (decompressor.decompress(compressed, bytes) != bytes.size()) {
+      database.refuse(fmt::format("state '{}' cannot be decompressed; {}", name, kUseAnother));
+    }
+    states.emplace(name, std::move(bytes));
+  }
+  return states;
+}
+
+}  // namespace
+
+SavedMap load_map(const std::filesystem::path& path) {
+  Database database(path, DatabaseAccess::kRead);
+  require_map(database);
+  Transaction snapshot(database, false);  // all of one moment, also while another process writes
+  std::map<std::string, std::string> meta = read_meta(database);
+  if (static_cast<std::int64_t>(meta.size()) >= kMostNotes) database.refuse(fmt::format("meta is too long; {}", kUseAnother));
+  MapHeader header = read_header(database, meta);
+  const std::uint16_t first = header.labels.first_thing();
+  const auto ids_given =
+      static_cast<std::size_t>(meta_integer(database, meta, kMetaIdsGiven, number(PanopticId::kNoVote) - first));
+  RegistryState registry{read_objects(database, first, ids_given),
+                         static_cast<std::size_t>(meta_integer(database, meta, kMetaCreated, kMostEpoch))};
+  require_ends(database, registry.objects, first);
+  VoxelMap map(header.options);
+  const auto highest = static_cast<std::uint16_t>(first + ids_given - 1);
+  read_blocks(database, map, std::max<std::int64_t>(1, meta_integer(database, meta, kMetaEpoch, kMostEpoch)), {highest});
+  for (const char* name : kFormatNames) meta.erase(name);
+  MapNotes notes{std::move(meta), read_states(database)};
+  return {std::move(header), std::move(map), ObjectRegistry(first, std::move(registry)), std::move(notes)};
+}
+
+std::vector<FrameRecord> load_frames(const std::filesystem::path& path) {
+  Database database(path, DatabaseAccess::kRead);
+  require_map(database);
+  std::vector<FrameRecord> frames;
+  Statement row(
+      database,
+      "SELECT position, frame, time_s, labelled, unused_because, x_m, y_m, z_m, qw, qx, qy, qz FROM frames ORDER BY position");
+  while (row.step()) {
+    FrameRecord record{.position = row.integer(0), .frame = row.integer(1)};
+    record.time_s = row.is_null(2) ? 0 : row.real(2);
+    record.labelled = row.integer(3, 0, 1) != 0;
+    if (!row.is_null(4)) record.unused_because = std::string(row.text(4));
+    if (!row.is_null(5)) {
+      Pose pose = Pose::Identity();
+      pose.translation() = Vec3d(row.real(5), row.real(6), row.real(7));
+      pose.linear() = Eigen::Quaterniond(row.real(8), row.real(9), row.real(10), row.real(11)).normalized().toRotationMatrix();
+      if (is_finite(pose)) record.world_from_camera = pose;
+    }
+    frames.push_back(std::move(record));
+  }
+  return frames;
+}
+
+}  // namespace panoptic
