@@ -5,6 +5,7 @@
 
 #include "panoptic/base/parallel.h"
 #include "panoptic/fusion/integrator.h"
+#include "panoptic/fusion/ray_fusion.h"
 
 namespace panoptic {
 
@@ -26,10 +27,9 @@ void Integrator::touch_rays(const FrameView& view, const VoxelMap& map) {
 // It takes up the passages through it, chunk by chunk in the order of the pixels.
 void Integrator::update_block_by_rays(const FrameView& view, BlockIndex index, VoxelBlock& block) const {
   const Vec3f place(static_cast<float>(index.x), static_cast<float>(index.y), static_cast<float>(index.z));
-  const RayTarget target{block, place * kBlockSide};
-  for (const PassageLists& lists : rays_) {
-    fuse_passages(view, ray_table_, {band_, voxel_size_m_}, lists.passages(pack(index)), target);
-  }
+  std::array<Passages, kChunks> passages;
+  for (std::size_t chunk = 0; chunk < kChunks; ++chunk) passages[chunk] = rays_[chunk].passages(pack(index));
+  fuse_passages(view, ray_table_, {band_, voxel_size_m_}, passages, {block, place * kBlockSide});
 }
 
 // One block = one task. Labels come seldom (what networks manage), so they are fused by way of a copy of the block.

@@ -11,16 +11,10 @@
 #include "panoptic/map/block_index.h"
 
 namespace panoptic {
-namespace {
-
-constexpr std::size_t kPassageHead = 3;  // words before the voxels
-constexpr std::size_t kMostVoxels = 64;  // of one passage; a straight line through a block has at most 46
 
 Vec3f camera_in_voxels(const FrameView& view, float voxel_size_m) {
   return (view.camera_in_world_m / double{voxel_size_m}).cast<float>();
 }
-
-}  // namespace
 
 void RayTable::resize(std::size_t pixels) {
   for (std::vector<float>& plane : direction) plane.resize(pixels);
@@ -203,74 +197,6 @@ void collect_passages(const FrameView& view, RowRange rows, const RayBand& band,
     }
     kernels::cast_band_row(of_row, x.data(), view.pixels.depth + first, table, row);
     walk_row(row, static_cast<std::uint32_t>(first), *walks, lists);
-  }
-}
-
-namespace kernels {
-
-// A ray as the kernel sees it, in voxels, with what its pixel says.
-struct RayObservation {
-  float direction[3];
-  float origin[3];       // the camera
-  float first_voxel[3];  // of the block
-  float range;
-  float depth;
-  std::uint32_t color;
-  PanopticId label;
-  LabelVotes votes;
-};
-
-void fuse_ray(const RayObservation& observation, const RayBand& ray_band, std::span<const std::uint16_t> voxels,
-              VoxelBlock& block);
-
-// Distances and weights side by side; the voxels one by one, since they lie apart.
-PANOPTIC_CLONES
-void fuse_ray(const RayObservation& observation, const RayBand& ray_band, std::span<const std::uint16_t> voxels,
-              VoxelBlock& block) {
-  const RayObservation ray = observation;
-  const Band band = ray_band.band;
-  const float voxel_size_m = ray_band.voxel_size_m;
-  const std::size_t count = voxels.size();
-  const std::uint16_t* __restrict offset = voxels.data();
-  alignas(64) float distances[kMostVoxels];
-  alignas(64) float weights[kMostVoxels];
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::int32_t i = offset[k];
-    const float x = ray.first_voxel[0] + static_cast<float>(i & 15) + 0.5F - ray.origin[0];
-    const float y = ray.first_voxel[1] + static_cast<float>(i >> 4 & 15) + 0.5F - ray.origin[1];
-    const float z = ray.first_voxel[2] + static_cast<float>(i >> 8) + 0.5F - ray.origin[2];
-    const float along = (ray.range - (ray.direction[0] * x + (ray.direction[1] * y + ray.direction[2] * z))) * voxel_size_m;
-    const float capped = along < band.truncation_m ? along : band.truncation_m;
-    const float distance = capped > -band.truncation_m ? capped : -band.truncation_m;
-    distances[k] = distance;
-    weights[k] = observation_weight(ray.depth, distance, band);
-  }
-  for (std::size_t k = 0; k < count; ++k) {
-    if (weights[k] > 0) fuse_voxel(block, offset[k], {distances[k], weights[k], ray.color, ray.label}, ray.votes);
-  }
-}
-
-}  // namespace kernels
-
-void fuse_passages(const FrameView& view, const RayTable& rays, const RayBand& band, std::span<const std::uint16_t> passages,
-                   const RayTarget& target) {
-  kernels::RayObservation ray{};
-  ray.votes = view.pixels.votes;
-  const Vec3f origin = camera_in_voxels(view, band.voxel_size_m);
-  for (int a = 0; a < 3; ++a) {
-    ray.origin[a] = origin[a];
-    ray.first_voxel[a] = target.first_voxel[a];
-  }
-  for (std::size_t at = 0; at < passages.size();) {
-    const std::uint32_t pixel = passages[at] | std::uint32_t{passages[at + 1]} << 16;
-    const std::size_t count = passages[at + 2];
-    for (std::size_t a = 0; a < 3; ++a) ray.direction[a] = rays.direction[a][pixel];
-    ray.range = rays.range[pixel];
-    ray.depth = view.pixels.depth[pixel];
-    ray.color = view.pixels.color[pixel];
-    ray.label = view.pixels.label[pixel];
-    kernels::fuse_ray(ray, band, passages.subspan(at + kPassageHead, count), target.block);
-    at += kPassageHead + count;
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The inner loops of the raycast method: which voxels a ray passes through, and what it does to those of one block.
+// Which voxels do the rays of a frame pass through, block by block.
 #pragma once
 
 #include <array>
@@ -21,6 +21,9 @@ struct RayBand {
   float voxel_size_m;
 };
 
+// Where the camera is.
+Vec3f camera_in_voxels(const FrameView& view, float voxel_size_m);
+
 // The rays of all pixels, for the signed distance: unit direction in the world, and range from the camera to the surface in
 // voxels. One plane per number, indexed by pixel; meaningless where there is no depth.
 struct RayTable {
@@ -29,6 +32,9 @@ struct RayTable {
 
   void resize(std::size_t pixels);
 };
+
+constexpr std::size_t kPassageHead = 3;  // words before the voxels
+constexpr std::size_t kMostVoxels = 64;  // of one passage; a straight line through a block has at most 46
 
 // The voxels that the rays of some pixels pass through, by block. The list of a block is a row of passages, each of them 16-bit
 // words: pixel (low, high), number of voxels, then the offset of each voxel in its block, in the order along the ray.
@@ -66,13 +72,5 @@ struct RowRange {
 // Walks the rays of some rows through their bands, and fills their part of the table. Pixels without depth or beyond the grid
 // are left out.
 void collect_passages(const FrameView& view, RowRange rows, const RayBand& band, RayTable& rays, PassageLists& lists);
-
-// Fuses passages of one block in their order (Eq. 6-11).
-struct RayTarget {
-  VoxelBlock& block;
-  Vec3f first_voxel;  // where voxel (0, 0, 0) of the block lies, in voxels
-};
-void fuse_passages(const FrameView& view, const RayTable& rays, const RayBand& band, std::span<const std::uint16_t> passages,
-                   const RayTarget& target);
 
 }  // namespace panoptic
