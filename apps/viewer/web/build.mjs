@@ -3,7 +3,7 @@
 //
 // node build.mjs [FOLDER]: makes the page, FOLDER (default: dist/) with index.html and assets/{page.js,page.css,icon.svg}.
 // The names are fixed because the server compiles a table of them in; it needs nothing else, and the page loads nothing else.
-import { copyFile, mkdir } from 'node:fs/promises';
+import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { build } from 'esbuild';
@@ -11,26 +11,30 @@ import { build } from 'esbuild';
 const source = dirname(fileURLToPath(import.meta.url));
 const target = resolve(process.argv[2] ?? join(source, 'dist'));
 
+// A file that stays the same keeps its time: nothing is compiled again because of it.
+async function put(name, bytes) {
+  const path = join(target, name);
+  const before = await readFile(path).catch(() => null);
+  if (before === null || Buffer.compare(before, bytes) !== 0) await writeFile(path, bytes);
+}
+
+async function bundle(entry, name) {
+  const { outputFiles } = await build({
+    absWorkingDir: source,
+    entryPoints: [entry],
+    bundle: true,
+    write: false,
+    format: 'esm',
+    target: ['chrome100', 'firefox115', 'safari16'],
+    minify: true,
+    legalComments: 'eof',
+    logLevel: 'warning',
+  });
+  await put(name, Buffer.from(outputFiles[0].contents));
+}
+
 await mkdir(join(target, 'assets'), { recursive: true });
-await build({
-  absWorkingDir: source,
-  entryPoints: { page: 'src/main.js' },
-  outdir: join(target, 'assets'),
-  bundle: true,
-  format: 'esm',
-  target: ['chrome100', 'firefox115', 'safari16'],
-  minify: true,
-  legalComments: 'eof',
-  logLevel: 'warning',
-});
-await build({
-  absWorkingDir: source,
-  entryPoints: { page: 'styles/page.css' },
-  outdir: join(target, 'assets'),
-  bundle: true,
-  target: ['chrome100', 'firefox115', 'safari16'],
-  minify: true,
-  logLevel: 'warning',
-});
-await copyFile(join(source, 'index.html'), join(target, 'index.html'));
-await copyFile(join(source, 'icon.svg'), join(target, 'assets/icon.svg'));
+await bundle('src/main.js', 'assets/page.js');
+await bundle('styles/page.css', 'assets/page.css');
+await put('assets/icon.svg', await readFile(join(source, 'icon.svg')));
+await put('index.html', await readFile(join(source, 'index.html')));

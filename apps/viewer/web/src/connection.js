@@ -43,6 +43,7 @@ export class Connection {
     this.#listener = listener;
     setInterval(() => this.#look_whether_alive(), kQuiet_ms / 2);
     window.addEventListener('online', () => this.#fail(this.#session));
+    document.addEventListener('visibilitychange', () => this.#on_news());
   }
 
   get waiting() {
@@ -76,7 +77,7 @@ export class Connection {
     this.#events.addEventListener('state', () => {
       if (session !== this.#session) return;
       this.#heard_ms = performance.now();
-      this.#once('state', session, () => this.#fetch_state(session));
+      this.#on_news();
     });
     // The browser would try again by itself after some errors but not after others: one rule for all of them is ours.
     this.#events.addEventListener('error', () => this.#fail(session));
@@ -95,7 +96,12 @@ export class Connection {
   }
 
   #look_whether_alive() {
-    if (this.#events === null || performance.now() - this.#heard_ms < kQuiet_ms) return;
+    if (performance.now() - this.#heard_ms >= kQuiet_ms) this.#on_news();
+  }
+
+  // A page that nobody sees asks for nothing; it catches up when it is seen again.
+  #on_news() {
+    if (this.#events === null || document.hidden) return;
     const session = this.#session;
     this.#once('state', session, () => this.#fetch_state(session));
   }
@@ -142,14 +148,15 @@ export class Connection {
   }
 
   async #fetch_chunks(session) {
+    const run = this.#run;  // what was asked for in it stays good when only the connection breaks
     while (this.#wanted.size > 0 && session === this.#session) {
       const batch = [...this.#wanted].slice(0, kChunksPerRequest);
       for (const [key] of batch) this.#wanted.delete(key);  // so that the other loops take other ones
       try {
         const buffer = await (await request(`/api/chunks?k=${batch.map(([key]) => key).join(',')}`)).arrayBuffer();
-        if (session === this.#session) this.#listener.chunks(parse_chunks(buffer));
+        if (run === this.#run) this.#listener.chunks(parse_chunks(buffer));
       } catch (error) {
-        for (const [key, version] of batch) if (!this.#wanted.has(key)) this.#wanted.set(key, version);
+        for (const [key, version] of run === this.#run ? batch : []) if (!this.#wanted.has(key)) this.#wanted.set(key, version);
         throw error;
       }
     }

@@ -5,9 +5,11 @@
 // the next one is complete, so that nothing flickers; while one is loading newer ones wait.
 import { element, set_text } from './dom.js';
 
+const kEvery_ms = 400;  // the server encodes a picture for every frame that somebody asks for
+
 export class FramePanel {
   #images = new Map();  // name -> <img>
-  #shown = { color: -1, overlay: -1 };
+  #shown = {};
   #wanted = null;
   #loading = false;
   #caption;
@@ -34,7 +36,8 @@ export class FramePanel {
   reset(run) {
     this.#run = encodeURIComponent(run);
     this.#wanted = null;
-    this.#shown = { color: -1, overlay: -1 };
+    set_text(this.#caption, '');
+    this.#shown = {};
     this.#show(false);
   }
 
@@ -53,14 +56,16 @@ export class FramePanel {
     const run = this.#run;
     const query = `?frame=${index}&run=${run}`;
     const [color, overlay] = await Promise.all([loaded(`/api/${labelled ? 'labelled' : 'frame'}.jpg${query}`), labelled ? loaded(`/api/overlay.png${query}`) : null]);
+    if (run === this.#run) {
+      this.#shown = { key };
+      this.#swap('color', color);
+      this.#swap('overlay', overlay);
+      this.#show(color !== null);
+      set_text(this.#caption, color ? `frame ${index}` : '');
+    }
+    await new Promise((resolve) => setTimeout(resolve, kEvery_ms));
     this.#loading = false;
-    if (run !== this.#run) return this.#choose();
-    this.#shown = { key };
-    this.#swap('color', color);
-    this.#swap('overlay', overlay);
-    this.#show(color !== null);
-    set_text(this.#caption, color ? `frame ${index}` : '');
-    if (this.#wanted && this.#wanted.index !== index) this.#choose();
+    this.#choose();
   }
 
   #swap(name, picture) {

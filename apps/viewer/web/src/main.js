@@ -246,6 +246,8 @@ class Page {
   }
 }
 
+// The server has set a cookie: a token in the address would only end up in pictures of the window.
+if (window.location.search) window.history.replaceState(null, '', window.location.pathname);
 await MeshoptDecoder.ready;
 lay_out();
 new Page();

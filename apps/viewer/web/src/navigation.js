@@ -41,6 +41,7 @@ export class Navigation {
     this.#orbit.addEventListener('change', () => stage.invalidate());
     this.#orbit.addEventListener('start', () => this.#on_touch());
     stage.canvas.addEventListener('wheel', () => this.#on_touch(), { passive: true });
+    stage.canvas.addEventListener('pointermove', (event) => { if (event.buttons !== 0 && Math.hypot(event.movementX, event.movementY) > 2) this.#leave_follow(); });
     this.#walk = new Walk(stage, () => { this.touched = true; });
     stage.camera.position.set(2.5, 2.5, 4);
     this.#orbit.update();
@@ -112,7 +113,12 @@ export class Navigation {
     this.#start_flight(place, this.#stage.camera.position.clone().addScaledVector(move, 0.5), kFlight_s);
   }
 
+  #leave_follow() {
+    if (this.mode === 'follow') this.set_mode('orbit');
+  }
+
   #on_touch() {
+    this.#leave_follow();
     this.touched = true;
     this.#flight = null;
     this.#stage.animate(() => this.mode === 'orbit' && this.#flight === null && this.#orbit.update());

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// node run.mjs PROGRAM FOLDER: the viewer from outside, as people meet it: the real program, a real browser without a window.
+// Simulates a small home, maps it, and runs the *.test.mjs beside this file. FOLDER is made anew and keeps the screenshots.
+// Exit code: 0 passed, 1 failed, 2 wrong usage, 77 skipped because something is missing (one line says what).
+import { spawnSync } from 'node:child_process';
+import { existsSync, mkdirSync, readdirSync, rmSync } from 'node:fs';
+import { dirname, join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const kSkipped = 77;
+const kVoxels = 'map.voxel_size_m=0.04';  // a quarter of the triangles: the browser draws without a graphics card
+const here = dirname(fileURLToPath(import.meta.url));
+const chromium = process.env.PANOPTIC_CHROMIUM ?? '/usr/bin/chromium';
+
+function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(kSkipped);
+}
+
+function run(program, args) {
+  const { status, error } = spawnSync(program, args, { stdio: ['ignore', 'ignore', 'inherit'] });
+  if (status !== 0) throw new Error(`${program} ${args.join(' ')}: ${error?.message ?? `exit code ${status}`}`);
+}
+
+if (process.argv.length !== 4) {
+  console.error('usage: node run.mjs PROGRAM FOLDER');
+  process.exit(2);
+}
+if (!existsSync(chromium)) skip(`there is no ${chromium}; scripts/setup --packages-only installs it`);
+if (!existsSync(join(here, 'node_modules/playwright-core'))) skip('playwright-core is missing; scripts/setup --packages-only fetches it');
+if (!existsSync(join(here, '../../apps/viewer/web/dist/index.html'))) skip('the page is not built; scripts/setup builds it');
+
+const program = resolve(process.argv[2]);
+const work = resolve(process.argv[3]);
+rmSync(work, { recursive: true, force: true });
+mkdirSync(join(work, 'screenshots'), { recursive: true });
+run(program, ['simulate', '--seed', '1', '--rooms', '1', '--frames', '90', '--predictions', 'good', '-o', join(work, 'home')]);
+run(program, ['run', join(work, 'home'), '--predictions', join(work, 'home/predictions'), '--set', kVoxels, '-o', join(work, 'map')]);
+const tests = readdirSync(here).filter((name) => name.endsWith('.test.mjs')).map((name) => join(here, name));
+const { status } = spawnSync(process.execPath, ['--test', '--test-concurrency=1', ...tests], {
+  stdio: 'inherit',
+  env: { ...process.env, PANOPTIC_PROGRAM: program, PANOPTIC_WORK: work, PANOPTIC_VOXELS: kVoxels, PANOPTIC_CHROMIUM: chromium },
+});
+process.exit(status ?? 1);
