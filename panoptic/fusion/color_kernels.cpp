@@ -12,10 +12,18 @@ namespace panoptic::kernels {
 void weigh_pairs(ClusterPair* pairs, std::size_t count);
 void sum_members_8(const MemberSums& work);
 void sum_members_16(const MemberSums& work);
+void sum_members_24(const MemberSums& work);
+void sum_members_32(const MemberSums& work);
 void sum_members_16_wide(const MemberSums& work);
+void sum_members_24_wide(const MemberSums& work);
+void sum_members_32_wide(const MemberSums& work);
 void sum_pairs_8(const PairSums& work);
 void sum_pairs_16(const PairSums& work);
+void sum_pairs_24(const PairSums& work);
+void sum_pairs_32(const PairSums& work);
 void sum_pairs_16_wide(const PairSums& work);
+void sum_pairs_24_wide(const PairSums& work);
+void sum_pairs_32_wide(const PairSums& work);
 
 void square_differences(const PairWork& work);
 
@@ -58,7 +66,7 @@ std::size_t find_pairs(const PairWork& work) {
 // add(i, sum) adds entry i of the list.
 template <typename Row, typename Add>
 [[gnu::always_inline]] inline void sum_rows(const RowSums& rows, const Add& add) {
-  constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
+  constexpr std::size_t kWidth = Row::kWidth;
   std::size_t i = rows.begin;
   float* out = rows.out;
   for (const std::uint32_t end : rows.ends) {
@@ -80,28 +88,54 @@ template <typename Row>
 
 template <typename Row>
 [[gnu::always_inline]] inline void sum_pairs_of(const PairSums& work) {
-  constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
+  constexpr std::size_t kWidth = Row::kWidth;
   sum_rows<Row>(
       work.rows, [&](std::size_t i, Row & sum) __attribute__((always_inline)) {
         sum.add(work.pairs[i].weight, Row::at(work.in + std::size_t{work.pairs[i].cluster} * kWidth));
       });
 }
 
-PANOPTIC_CLONES void sum_members_8(const MemberSums& work) { sum_members_of<LaneRow<8>>(work); }
-PANOPTIC_CLONES void sum_members_16(const MemberSums& work) { sum_members_of<LaneRow<16>>(work); }
-PANOPTIC_WIDE void sum_members_16_wide(const MemberSums& work) { sum_members_of<LaneRow<16, WideLanes>>(work); }
-PANOPTIC_CLONES void sum_pairs_8(const PairSums& work) { sum_pairs_of<LaneRow<8>>(work); }
-PANOPTIC_CLONES void sum_pairs_16(const PairSums& work) { sum_pairs_of<LaneRow<16>>(work); }
-PANOPTIC_WIDE void sum_pairs_16_wide(const PairSums& work) { sum_pairs_of<LaneRow<16, WideLanes>>(work); }
+PANOPTIC_CLONES void sum_members_8(const MemberSums& work) { sum_members_of<Row8>(work); }
+PANOPTIC_CLONES void sum_members_16(const MemberSums& work) { sum_members_of<Row16>(work); }
+PANOPTIC_CLONES void sum_members_24(const MemberSums& work) { sum_members_of<Row24>(work); }
+PANOPTIC_CLONES void sum_members_32(const MemberSums& work) { sum_members_of<Row32>(work); }
+PANOPTIC_WIDE void sum_members_16_wide(const MemberSums& work) { sum_members_of<WideRow16>(work); }
+PANOPTIC_WIDE void sum_members_24_wide(const MemberSums& work) { sum_members_of<WideRow24>(work); }
+PANOPTIC_WIDE void sum_members_32_wide(const MemberSums& work) { sum_members_of<WideRow32>(work); }
+PANOPTIC_CLONES void sum_pairs_8(const PairSums& work) { sum_pairs_of<Row8>(work); }
+PANOPTIC_CLONES void sum_pairs_16(const PairSums& work) { sum_pairs_of<Row16>(work); }
+PANOPTIC_CLONES void sum_pairs_24(const PairSums& work) { sum_pairs_of<Row24>(work); }
+PANOPTIC_CLONES void sum_pairs_32(const PairSums& work) { sum_pairs_of<Row32>(work); }
+PANOPTIC_WIDE void sum_pairs_16_wide(const PairSums& work) { sum_pairs_of<WideRow16>(work); }
+PANOPTIC_WIDE void sum_pairs_24_wide(const PairSums& work) { sum_pairs_of<WideRow24>(work); }
+PANOPTIC_WIDE void sum_pairs_32_wide(const PairSums& work) { sum_pairs_of<WideRow32>(work); }
 
 void sum_members(const MemberSums& work, RowWidth width) {
-  if (width == RowWidth::k8) return sum_members_8(work);
-  return has_wide_registers() ? sum_members_16_wide(work) : sum_members_16(work);
+  const bool wide = has_wide_registers();
+  switch (width) {
+    case RowWidth::k8:
+      return sum_members_8(work);
+    case RowWidth::k16:
+      return wide ? sum_members_16_wide(work) : sum_members_16(work);
+    case RowWidth::k24:
+      return wide ? sum_members_24_wide(work) : sum_members_24(work);
+    case RowWidth::k32:
+      return wide ? sum_members_32_wide(work) : sum_members_32(work);
+  }
 }
 
 void sum_pairs(const PairSums& work, RowWidth width) {
-  if (width == RowWidth::k8) return sum_pairs_8(work);
-  return has_wide_registers() ? sum_pairs_16_wide(work) : sum_pairs_16(work);
+  const bool wide = has_wide_registers();
+  switch (width) {
+    case RowWidth::k8:
+      return sum_pairs_8(work);
+    case RowWidth::k16:
+      return wide ? sum_pairs_16_wide(work) : sum_pairs_16(work);
+    case RowWidth::k24:
+      return wide ? sum_pairs_24_wide(work) : sum_pairs_24(work);
+    case RowWidth::k32:
+      return wide ? sum_pairs_32_wide(work) : sum_pairs_32(work);
+  }
 }
 
 }  // namespace panoptic::kernels

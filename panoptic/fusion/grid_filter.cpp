@@ -13,9 +13,10 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kAhead = 32;  // rows that are fetched before they are needed
-// A sum of up to this many values is taken one by one, a longer one as pairs at the same distance: half the products.
-constexpr std::ptrdiff_t kFew = 12;
+constexpr std::size_t kAhead = 32;      // rows that are fetched before they are needed
+constexpr std::size_t kCacheLine = 16;  // floats
+// Sums whose places lie at most this far apart are taken together, so that a value is read once for all of them.
+constexpr std::int32_t kSpan = 8;
 constexpr std::size_t kGrain = 4;  // slices that are worked together
 
 // Rows that only the thread which writes them reads: kept, because what is taken anew for every slice costs as much as the sums.
@@ -36,30 +37,35 @@ namespace kernels {
 
 struct LineWork {
   const GridLines* lines;
-  const float* middle_tap;  // Laid tells how far they go
+  const float* middle_tap;  // 0 from beyond the radius up to kSpan farther
   std::ptrdiff_t radius;
   ScaledRows in;
-  float* line;  // room for the longest stretch with two radii at either end
+  float* line;  // room for the longest stretch
   float* out;
 };
 
 void filter_lines_8(const LineWork& work);
 void filter_lines_16(const LineWork& work);
+void filter_lines_24(const LineWork& work);
+void filter_lines_32(const LineWork& work);
 void filter_lines_16_wide(const LineWork& work);
+void filter_lines_24_wide(const LineWork& work);
+void filter_lines_32_wide(const LineWork& work);
 
 // Reads the values of a stretch without gaps; returns its length.
 template <typename Row>
 [[gnu::always_inline]] inline std::ptrdiff_t lay_out(const LineWork& work, std::size_t first, std::size_t past, float* to) {
-  constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
+  constexpr std::size_t kWidth = Row::kWidth;
   const LinePlace* places = work.lines->ins.data();
   const std::size_t last = work.lines->ins.size() - 1;
-  Row row{};
+  const Row nothing;
   std::int32_t at = 0;
   for (; first < past; ++first) {
-    __builtin_prefetch(work.in.row(places[first + kAhead < last ? first + kAhead : last].row));
-    row.clear();
-    for (; at < places[first].at; ++at) row.store(to + static_cast<std::size_t>(at) * kWidth);
-    row.load(work.in.row(places[first].row));
+    const float* later = work.in.row(places[first + kAhead < last ? first + kAhead : last].row);
+    __builtin_prefetch(later);
+    if constexpr (kWidth > kCacheLine) __builtin_prefetch(later + kWidth - 1);
+    for (; at < places[first].at; ++at) nothing.store(to + static_cast<std::size_t>(at) * kWidth);
+    Row row = Row::at(work.in.row(places[first].row));
     if (work.in.scale != nullptr) row.scale(work.in.scale[places[first].row]);
     row.store(to + static_cast<std::size_t>(at) * kWidth);
     ++at;
@@ -67,114 +73,105 @@ template <typename Row>
   return at;
 }
 
-// A stretch as it is laid out, with two radii of zeros at either end, and what sums are made with.
-struct Laid {
-  const float* start;
-  std::ptrdiff_t length;
-  const float* middle_tap;  // up to a place beyond the radius on either side
-  std::ptrdiff_t radius;
+// Sums at places one after the other. Where a value is out of reach of one of them, its tap is 0.
+template <typename Row, std::size_t Count>
+struct SumsAt {
+  Row sum;
+  const float* taps;
+  SumsAt<Row, Count - 1> rest;
 
-  [[gnu::always_inline]] std::ptrdiff_t low(std::ptrdiff_t at) const { return at > radius ? at - radius : 0; }
-  [[gnu::always_inline]] std::ptrdiff_t high(std::ptrdiff_t at) const { return at + radius < length ? at + radius + 1 : length; }
-  // Are few values within reach?
-  [[gnu::always_inline]] bool few(std::ptrdiff_t at) const { return high(at) - low(at) <= kFew; }
+  [[gnu::always_inline]] SumsAt(const float* middle_tap, const LinePlace* outs)
+      : taps(middle_tap - outs[0].at), rest(middle_tap, outs + 1) {}
+  [[gnu::always_inline]] void add(std::ptrdiff_t at, const Row& row) {
+    sum.add(taps[at], row);
+    rest.add(at, row);
+  }
+  [[gnu::always_inline]] void store(float* out, const LinePlace* outs) const {
+    sum.store(out + std::size_t{outs[0].row} * Row::kWidth);
+    rest.store(out, outs + 1);
+  }
+};
+template <typename Row>
+struct SumsAt<Row, 0> {
+  [[gnu::always_inline]] SumsAt(const float*, const LinePlace*) {}
+  [[gnu::always_inline]] void add(std::ptrdiff_t, const Row&) {}
+  [[gnu::always_inline]] void store(float*, const LinePlace*) const {}
 };
 
-template <typename Row>
-[[gnu::always_inline]] inline Row sum_at(const Laid& laid, std::ptrdiff_t at) {
-  constexpr std::ptrdiff_t kWidth = sizeof(Row) / sizeof(float);
-  Row sum{};
-  if (laid.few(at)) {
-    for (std::ptrdiff_t k = laid.low(at); k < laid.high(at); ++k) {
-      sum.add(laid.middle_tap[k - at], Row::at(laid.start + k * kWidth));
-    }
-    return sum;
+// REQUIRES `Count` places within kSpan.
+template <typename Row, std::size_t Count>
+[[gnu::always_inline]] inline void sum_at(const LineWork& work, std::ptrdiff_t length, const LinePlace* outs) {
+  const std::ptrdiff_t low = outs[0].at - work.radius;
+  const std::ptrdiff_t high = outs[Count - 1].at + work.radius + 1;
+  const std::ptrdiff_t past = high < length ? high : length;
+  SumsAt<Row, Count> sums(work.middle_tap, outs);
+  for (std::ptrdiff_t k = low > 0 ? low : 0; k < past; ++k) {
+    sums.add(k, Row::at(work.line + static_cast<std::size_t>(k) * Row::kWidth));
   }
-  const float* here = laid.start + at * kWidth;
-  sum.load(here);
-  sum.scale(laid.middle_tap[0]);
-  for (std::ptrdiff_t k = 1; k <= laid.radius; ++k) {
-    sum.add(laid.middle_tap[k], Row::at(here - k * kWidth), Row::at(here + k * kWidth));
-  }
-  return sum;
+  sums.store(work.out, outs);
 }
 
-// The same bits for a place and the next one, with half the reads. REQUIRES few values within reach of both, or many of both.
-template <typename Row>
-[[gnu::always_inline]] inline void sum_two(const Laid& laid, std::ptrdiff_t at, Row& sum, Row& next) {
-  constexpr std::ptrdiff_t kWidth = sizeof(Row) / sizeof(float);
-  if (laid.few(at)) {
-    for (std::ptrdiff_t k = laid.low(at); k < laid.high(at + 1); ++k) {
-      const Row row = Row::at(laid.start + k * kWidth);
-      sum.add(laid.middle_tap[k - at], row);
-      next.add(laid.middle_tap[k - at - 1], row);
-    }
-    return;
-  }
-  const float* here = laid.start + at * kWidth;
-  Row low = sum = Row::at(here);
-  Row high = next = Row::at(here + kWidth);
-  sum.scale(laid.middle_tap[0]);
-  next.scale(laid.middle_tap[0]);
-  for (std::ptrdiff_t k = 1; k <= laid.radius; ++k) {
-    const Row lower = Row::at(here - k * kWidth);
-    const Row higher = Row::at(here + (k + 1) * kWidth);
-    sum.add(laid.middle_tap[k], lower, high);
-    next.add(laid.middle_tap[k], low, higher);
-    low = lower;
-    high = higher;
-  }
-}
-
-template <typename Row>
+template <typename Row, std::size_t Most>
 [[gnu::always_inline]] inline void filter_lines(const LineWork& work) {
-  constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
-  const std::size_t margin = 2 * static_cast<std::size_t>(work.radius) * kWidth;
-  float* const start = work.line + margin;
-  Laid laid{start, 0, work.middle_tap, work.radius};
-  std::fill(work.line, start, 0.0F);
   const LinePlace* outs = work.lines->outs.data();
-  const auto to = [&](const LinePlace& place) { return work.out + std::size_t{place.row} * kWidth; };
+  const auto together = [&](std::size_t first, std::size_t count, std::size_t end) __attribute__((always_inline)) {
+    return first + count <= end && outs[first + count - 1].at - outs[first].at <= kSpan;
+  };
   std::size_t in = 0;
   std::size_t out = 0;
   for (const GridLines::Stretch stretch : work.lines->stretches) {
-    laid.length = lay_out<Row>(work, in, stretch.ins_end, start);
+    const std::ptrdiff_t length = lay_out<Row>(work, in, stretch.ins_end, work.line);
     in = stretch.ins_end;
-    if (laid.length > kFew) {
-      float* const end = start + static_cast<std::size_t>(laid.length) * kWidth;
-      std::fill(end, end + margin, 0.0F);
-    }
     while (out < stretch.outs_end) {
-      const std::ptrdiff_t at = outs[out].at;
-      if (out + 1 < stretch.outs_end && outs[out + 1].at == at + 1 && laid.few(at) == laid.few(at + 1)) {
-        Row sum{};
-        Row next{};
-        sum_two(laid, at, sum, next);
-        sum.store(to(outs[out]));
-        next.store(to(outs[out + 1]));
+      if (together(out, Most, stretch.outs_end)) {
+        sum_at<Row, Most>(work, length, outs + out);
+        out += Most;
+      } else if (together(out, 2, stretch.outs_end)) {
+        sum_at<Row, 2>(work, length, outs + out);
         out += 2;
       } else {
-        sum_at<Row>(laid, at).store(to(outs[out]));
+        sum_at<Row, 1>(work, length, outs + out);
         ++out;
       }
     }
   }
 }
 
-PANOPTIC_CLONES void filter_lines_8(const LineWork& work) { filter_lines<LaneRow<8>>(work); }
-PANOPTIC_CLONES void filter_lines_16(const LineWork& work) { filter_lines<LaneRow<16>>(work); }
-PANOPTIC_WIDE void filter_lines_16_wide(const LineWork& work) { filter_lines<LaneRow<16, WideLanes>>(work); }
+// As many sums at a time as there are registers for.
+PANOPTIC_CLONES void filter_lines_8(const LineWork& work) { filter_lines<Row8, 4>(work); }
+PANOPTIC_CLONES void filter_lines_16(const LineWork& work) { filter_lines<Row16, 4>(work); }
+PANOPTIC_CLONES void filter_lines_24(const LineWork& work) { filter_lines<Row24, 3>(work); }
+PANOPTIC_CLONES void filter_lines_32(const LineWork& work) { filter_lines<Row32, 2>(work); }
+PANOPTIC_WIDE void filter_lines_16_wide(const LineWork& work) { filter_lines<WideRow16, 4>(work); }
+PANOPTIC_WIDE void filter_lines_24_wide(const LineWork& work) { filter_lines<WideRow24, 4>(work); }
+PANOPTIC_WIDE void filter_lines_32_wide(const LineWork& work) { filter_lines<WideRow32, 4>(work); }
+
+using LineFilter = void (*)(const LineWork&);
+
+LineFilter line_filter(RowWidth width) {
+  const bool wide = has_wide_registers();
+  switch (width) {
+    case RowWidth::k8:
+      return filter_lines_8;
+    case RowWidth::k16:
+      return wide ? filter_lines_16_wide : filter_lines_16;
+    case RowWidth::k24:
+      return wide ? filter_lines_24_wide : filter_lines_24;
+    case RowWidth::k32:
+      break;
+  }
+  return wide ? filter_lines_32_wide : filter_lines_32;
+}
 
 }  // namespace kernels
 
 GridFilter::GridFilter(std::span<const GridPoint> points, float sigma, const Ranges& ranges) : size_(points.size()) {
   const auto radius = static_cast<std::int32_t>(std::ceil(kTruncation * sigma));
-  taps_.push_back(0);
+  taps_.assign(2 * static_cast<std::size_t>(radius + kSpan) + 1, 0.0F);
   for (std::int32_t k = -radius; k <= radius; ++k) {
     const double share = static_cast<double>(k) / sigma;
-    taps_.push_back(static_cast<float>(std::exp(-0.5 * share * share)));
+    taps_[static_cast<std::size_t>(k + radius + kSpan)] = static_cast<float>(std::exp(-0.5 * share * share));
   }
-  taps_.push_back(0);
   const GridPlaces places = find_places(points, radius);
   const GridPoint size = places.points.box().size;
   slices_.resize(static_cast<std::size_t>(size.z));
@@ -196,20 +193,18 @@ GridFilter::GridFilter(std::span<const GridPoint> points, float sigma, const Ran
   }
 }
 
-void GridFilter::apply(const ScaledRows& in, float* out, RowWidth row_width, GridScratch& scratch, const Ranges& ranges) const {
+void GridFilter::apply(const ScaledRows& in, RowWidth row_width, GridScratch& scratch, const Ranges& ranges,
+                       const Take& take) const {
   const auto width = static_cast<std::size_t>(row_width);
-  const auto filter_lines = row_width == RowWidth::k8 ? kernels::filter_lines_8
-                            : has_wide_registers()    ? kernels::filter_lines_16_wide
-                                                      : kernels::filter_lines_16;
+  const auto filter_lines = kernels::line_filter(row_width);
   const float* middle_tap = taps_.data() + taps_.size() / 2;
-  const auto radius = static_cast<std::ptrdiff_t>(taps_.size() / 2) - 1;
-  const auto room = [&](std::size_t longest) { return (longest + 4 * static_cast<std::size_t>(radius)) * width; };
+  const auto radius = static_cast<std::ptrdiff_t>(taps_.size() / 2) - kSpan;
   float* between = scratch.rows.make_room(places_middle_ * width);
   ranges.run(slices_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     ThreadRows& rows = thread_rows();
     for (std::size_t i = begin; i < end; ++i) {
       const Slice& slice = slices_[i];
-      float* line = rows.line.make_room(room(std::max(slice.first.longest, slice.middle.longest)));
+      float* line = rows.line.make_room(std::max(slice.first.longest, slice.middle.longest) * width);
       float* places = rows.slice.make_room(slice.places * width);
       filter_lines({&slice.first, middle_tap, radius, in, line, places});
       filter_lines({&slice.middle, middle_tap, radius, {places, width, nullptr}, line, between});
@@ -217,8 +212,13 @@ void GridFilter::apply(const ScaledRows& in, float* out, RowWidth row_width, Gri
   });
   ranges.run(last_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      float* line = thread_rows().line.make_room(room(last_[i].longest));
-      filter_lines({&last_[i], middle_tap, radius, {between, width, nullptr}, line, out});
+      const LastLines& last = last_[i];
+      if (last.points.empty()) continue;
+      ThreadRows& rows = thread_rows();
+      float* line = rows.line.make_room(last.lines.longest * width);
+      float* sums = rows.slice.make_room(last.points.size() * width);
+      filter_lines({&last.lines, middle_tap, radius, {between, width, nullptr}, line, sums});
+      take(last.points, sums);
     }
   });
 }
@@ -226,7 +226,7 @@ void GridFilter::apply(const ScaledRows& in, float* out, RowWidth row_width, Gri
 std::size_t GridFilter::memory_bytes() const {
   std::size_t bytes = 0;
   for (const Slice& slice : slices_) bytes += slice.first.memory_bytes() + slice.middle.memory_bytes();
-  for (const GridLines& lines : last_) bytes += lines.memory_bytes();
+  for (const LastLines& last : last_) bytes += last.lines.memory_bytes() + last.points.capacity() * sizeof(std::uint32_t);
   return bytes;
 }
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,8 @@
 
 namespace panoptic {
 
-// How many labels are worked together; the loops are compiled for these two.
-enum class RowWidth : std::uint8_t { k8 = 8, k16 = 16 };
+// How many labels are worked together; the loops are compiled for these.
+enum class RowWidth : std::uint8_t { k8 = 8, k16 = 16, k24 = 24, k32 = 32 };
 
 // What a filter reads: a row of values per voxel, rows `stride` apart, and a factor per voxel.
 struct ScaledRows {
@@ -54,6 +55,12 @@ struct GridLines {
   }
 };
 
+// Lines of the last pass: what goes out is row k of some points.
+struct LastLines {
+  GridLines lines;
+  std::vector<std::uint32_t> points;
+};
+
 // Scratch of GridFilter::apply, kept between calls.
 struct GridScratch {
   FloatRows rows;  // before the last pass
@@ -66,9 +73,12 @@ class GridFilter {
 
   std::size_t size() const { return size_; }
 
-  // Row i of `out`, which has `width` values, becomes the sum over j of exp(-|i - j|^2 / (2 sigma^2)) * scale[j] * row j of
-  // `in`, j = i included.
-  void apply(const ScaledRows& in, float* out, RowWidth width, GridScratch& scratch, const Ranges& ranges) const;
+  // Some points and their sums, rows of `width` values one after the other, as soon as they are there. On any thread.
+  using Take = std::function<void(std::span<const std::uint32_t> points, const float* sums)>;
+
+  // The sum of point i is that over j of exp(-|i - j|^2 / (2 sigma^2)) * scale[j] * row j of `in`, j = i included. When the first
+  // ones are taken `in` has been read to its end: take may write there.
+  void apply(const ScaledRows& in, RowWidth width, GridScratch& scratch, const Ranges& ranges, const Take& take) const;
 
   std::size_t memory_bytes() const;
   // Places between the passes.
@@ -84,9 +94,9 @@ class GridFilter {
   };
 
   std::size_t size_;
-  std::vector<float> taps_;  // from a place beyond the radius on one side, where they are 0, to one on the other
+  std::vector<float> taps_;  // from some places beyond the radius on one side, where they are 0, to as many on the other
   std::vector<Slice> slices_;
-  std::vector<GridLines> last_;
+  std::vector<LastLines> last_;
   std::size_t places_first_ = 0;
   std::size_t places_middle_ = 0;
 };

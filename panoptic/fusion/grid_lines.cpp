@@ -179,7 +179,7 @@ GridLines middle_lines(const GridPlaces& places, std::int32_t z, std::int32_t ra
   return lines;
 }
 
-GridLines last_lines(const GridPlaces& places, std::int32_t y, std::int32_t radius) {
+LastLines last_lines(const GridPlaces& places, std::int32_t y, std::int32_t radius) {
   const GridPoint size = places.points.box().size;
   const auto row_at = [&](std::int32_t t) { return std::pair(y, t); };
   Columns ins(size.x);
@@ -188,9 +188,13 @@ GridLines last_lines(const GridPlaces& places, std::int32_t y, std::int32_t radi
   outs.sort(places.points, size.z, row_at, [&](std::int32_t z, std::uint32_t k) {
     return places.voxel_of[places.points.rank({0, y, z}) + k];
   });
-  GridLines lines;
-  add_columns(ins, outs, size.x, radius, lines);
-  return lines;
+  LastLines last;
+  add_columns(ins, outs, size.x, radius, last.lines);
+  for (LinePlace& out : last.lines.outs) {
+    last.points.push_back(out.row);
+    out.row = static_cast<std::uint32_t>(last.points.size() - 1);
+  }
+  return last;
 }
 
 }  // namespace panoptic

@@ -33,6 +33,6 @@ GridPlaces find_places(std::span<const GridPoint> points, std::int32_t radius);
 // within all slices after the second.
 GridLines first_lines(const GridPlaces& places, std::int32_t z, std::int32_t radius);
 GridLines middle_lines(const GridPlaces& places, std::int32_t z, std::int32_t radius);
-GridLines last_lines(const GridPlaces& places, std::int32_t y, std::int32_t radius);
+LastLines last_lines(const GridPlaces& places, std::int32_t y, std::int32_t radius);
 
 }  // namespace panoptic

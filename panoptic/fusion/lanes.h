@@ -34,33 +34,67 @@ inline bool has_wide_registers() {
 #endif
 }
 
-// A row of 8 or 16 labels, as one or more parts.
-template <std::size_t Width, typename Part = Lanes>
-struct LaneRow {
-  static constexpr std::size_t kParts = Width * sizeof(float) / sizeof(Part);
-  Part parts[kParts] = {};
+// Such values from and to floats of any alignment. The value comes as an argument: see above.
+template <typename Part>
+[[gnu::always_inline]] inline void load_lanes(const float* from, Part& part) {
+  using Unaligned [[gnu::aligned(4), gnu::may_alias]] = Part;
+  part = *reinterpret_cast<const Unaligned*>(from);
+}
+template <typename Part>
+[[gnu::always_inline]] inline void store_lanes(const Part& part, float* to) {
+  using Unaligned [[gnu::aligned(4), gnu::may_alias]] = Part;
+  *reinterpret_cast<Unaligned*>(to) = part;
+}
 
-  [[gnu::always_inline]] void clear() {
-    for (Part& part : parts) part = Part{};
+// A row of labels: LaneRow<WideLanes, Lanes> has 24. A list and not an array: GCC keeps arrays of such values in memory, where
+// every addition then waits for the one before it.
+template <typename... Parts>
+struct LaneRow {
+  static constexpr std::size_t kWidth = 0;
+
+  [[gnu::always_inline]] void load(const float*) {}
+  [[gnu::always_inline]] void store(float*) const {}
+  [[gnu::always_inline]] void scale(float) {}
+  [[gnu::always_inline]] void add(float, const LaneRow&) {}
+};
+
+template <typename First, typename... Rest>
+struct LaneRow<First, Rest...> {
+  static constexpr std::size_t kFirst = sizeof(First) / sizeof(float);
+  static constexpr std::size_t kWidth = kFirst + LaneRow<Rest...>::kWidth;
+  First first = {};
+  [[no_unique_address]] LaneRow<Rest...> rest = {};
+
+  [[gnu::always_inline]] void load(const float* from) {
+    load_lanes(from, first);
+    rest.load(from + kFirst);
   }
-  [[gnu::always_inline]] void load(const float* from) { std::memcpy(parts, from, sizeof parts); }
-  [[gnu::always_inline]] void store(float* to) const { std::memcpy(to, parts, sizeof parts); }
+  [[gnu::always_inline]] void store(float* to) const {
+    store_lanes(first, to);
+    rest.store(to + kFirst);
+  }
   [[gnu::always_inline]] void scale(float factor) {
-    for (Part& part : parts) part *= factor;
+    first *= factor;
+    rest.scale(factor);
   }
   // += factor * row
   [[gnu::always_inline]] void add(float factor, const LaneRow& row) {
-    for (std::size_t p = 0; p < kParts; ++p) parts[p] += factor * row.parts[p];
-  }
-  // += factor * (row + other row)
-  [[gnu::always_inline]] void add(float factor, const LaneRow& row, const LaneRow& other) {
-    for (std::size_t p = 0; p < kParts; ++p) parts[p] += factor * (row.parts[p] + other.parts[p]);
+    first += factor * row.first;
+    rest.add(factor, row.rest);
   }
   [[gnu::always_inline]] static LaneRow at(const float* from) {
-    LaneRow row{};
+    LaneRow row;
     row.load(from);
     return row;
   }
 };
+
+using Row8 = LaneRow<Lanes>;
+using Row16 = LaneRow<Lanes, Lanes>;
+using Row24 = LaneRow<Lanes, Lanes, Lanes>;
+using Row32 = LaneRow<Lanes, Lanes, Lanes, Lanes>;
+using WideRow16 = LaneRow<WideLanes>;
+using WideRow24 = LaneRow<WideLanes, Lanes>;
+using WideRow32 = LaneRow<WideLanes, WideLanes>;
 
 }  // namespace panoptic

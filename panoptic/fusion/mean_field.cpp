@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "panoptic/base/clones.h"
 #include "panoptic/base/error.h"
@@ -14,7 +15,8 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kGrain = 512;  // voxels that are worked together: their labels stay in the nearest cache
+constexpr std::size_t kGrain = 512;  // voxels that are worked together: their labels stay in the cache
+constexpr std::size_t kWidest = 32;  // labels of a chunk
 
 // Every voxel belongs to some sum of at least its own 1, so the root is of something positive.
 float inverse_root(float sum) { return 1.0F / std::sqrt(sum); }
@@ -26,9 +28,10 @@ namespace kernels {
 
 // What messages are made of: the kernels' sums, and the own marginals, in whose place they come.
 struct MessageWork {
+  std::span<const std::uint32_t> voxels;
+  const float* grid_sums;           // a row for each of them
   const float* color_sums;          // by cluster
   const std::uint32_t* cluster_of;  // by voxel, as all below
-  const float* grid_sums;
   const float* color_norm;
   const float* grid_norm;
   float w1;
@@ -36,31 +39,43 @@ struct MessageWork {
   float* rows;
 };
 
-// Eight labels: their values are `stride` apart from voxel to voxel.
-struct LabelGroup {
-  float* rows;
-  std::size_t stride;
-};
-
-void combine_8(const MessageWork& work, std::size_t first, std::size_t past);
-void combine_16(const MessageWork& work, std::size_t first, std::size_t past);
-void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::size_t first, std::size_t past);
+void combine_8(const MessageWork& work);
+void combine_16(const MessageWork& work);
+void combine_24(const MessageWork& work);
+void combine_32(const MessageWork& work);
+void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::span<const std::uint32_t> voxels);
 
 template <std::size_t Width>
-[[gnu::always_inline]] inline void combine(const MessageWork& work, std::size_t first, std::size_t past) {
-  for (std::size_t i = first; i < past; ++i) {
+[[gnu::always_inline]] inline void combine(const MessageWork& work) {
+  const float* grid = work.grid_sums;
+  for (const std::size_t i : work.voxels) {
     const float color_factor = work.w1 * work.color_norm[i];
     const float grid_factor = work.w2 * work.grid_norm[i];
     const float own_factor = color_factor * work.color_norm[i] + grid_factor * work.grid_norm[i];
     const float* color = work.color_sums + std::size_t{work.cluster_of[i]} * Width;
-    const float* grid = work.grid_sums + i * Width;
     float* row = work.rows + i * Width;
     for (std::size_t c = 0; c < Width; ++c) row[c] = color_factor * color[c] + grid_factor * grid[c] - own_factor * row[c];
+    grid += Width;
   }
 }
 
-PANOPTIC_CLONES void combine_8(const MessageWork& work, std::size_t first, std::size_t past) { combine<8>(work, first, past); }
-PANOPTIC_CLONES void combine_16(const MessageWork& work, std::size_t first, std::size_t past) { combine<16>(work, first, past); }
+PANOPTIC_CLONES void combine_8(const MessageWork& work) { combine<8>(work); }
+PANOPTIC_CLONES void combine_16(const MessageWork& work) { combine<16>(work); }
+PANOPTIC_CLONES void combine_24(const MessageWork& work) { combine<24>(work); }
+PANOPTIC_CLONES void combine_32(const MessageWork& work) { combine<32>(work); }
+
+void combine_rows(const MessageWork& work, RowWidth width) {
+  switch (width) {
+    case RowWidth::k8:
+      return combine_8(work);
+    case RowWidth::k16:
+      return combine_16(work);
+    case RowWidth::k24:
+      return combine_24(work);
+    case RowWidth::k32:
+      return combine_32(work);
+  }
+}
 
 // The highest of eight, and their sum in a fixed order, in all of them.
 [[gnu::always_inline]] inline void spread_highest(Lanes& x) {
@@ -79,8 +94,8 @@ PANOPTIC_CLONES void combine_16(const MessageWork& work, std::size_t first, std:
 
 // Logits to probabilities; columns where is_label is 0 become 0. Eight sums side by side, in a fixed order.
 PANOPTIC_CLONES
-void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::size_t first, std::size_t past) {
-  for (std::size_t i = first; i < past; ++i) {
+void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::span<const std::uint32_t> voxels) {
+  for (const std::size_t i : voxels) {
     Lanes most;
     std::memcpy(&most, groups[0].rows + i * groups[0].stride, sizeof most);
     for (const LabelGroup& group : groups) {
@@ -117,8 +132,7 @@ void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std
 }  // namespace kernels
 
 std::size_t MeanFieldScratch::memory_bytes() const {
-  return (rows.capacity() + grid_sums.capacity() + grid.rows.capacity() + color.sums.capacity() + color.blurred.capacity()) *
-         sizeof(float);
+  return (rows.capacity() + grid.rows.capacity() + color.sums.capacity() + color.blurred.capacity()) * sizeof(float);
 }
 
 MeanField::MeanField(const CrfGraph& graph, const MeanFieldSettings& settings, MeanFieldScratch& scratch, Ranges ranges)
@@ -134,19 +148,32 @@ MeanField::MeanField(const CrfGraph& graph, const MeanFieldSettings& settings, M
   PANOPTIC_ASSERT(graph.size() > 0 && graph.label_count > 0 && graph.all_labels >= graph.label_count);
   const std::size_t columns = (graph.label_count + kLanes - 1) / kLanes * kLanes;
   float* rows = scratch_.rows.make_room(graph.size() * columns);
-  scratch_.grid_sums.make_room(graph.size() * std::min(columns, std::size_t{16}));
   normalise_kernels();
   set_head_starts();
-  for (std::size_t label = 0; label < columns;) {
-    const RowWidth width = columns - label >= 16 ? RowWidth::k16 : RowWidth::k8;
-    chunks_.push_back({width, rows + label * graph.size()});
-    label += static_cast<std::size_t>(width);
-  }
+  add_chunks(columns, rows);
   is_label_.assign(columns, 0.0F);
   std::fill_n(is_label_.begin(), graph.label_count, 1.0F);
-  ranges_.run(graph.size() * columns, kGrain * kLanes,
-              [&](std::size_t begin, std::size_t end) { std::fill(rows + begin, rows + end, 0.0F); });
-  normalise_rows();
+  ranges_.run(graph.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> voxels(end - begin);
+    std::iota(voxels.begin(), voxels.end(), static_cast<std::uint32_t>(begin));
+    for (const Chunk& chunk : chunks_) {
+      const auto width = static_cast<std::size_t>(chunk.width);
+      std::fill(chunk.rows + begin * width, chunk.rows + end * width, 0.0F);
+    }
+    normalise_rows(voxels);
+  });
+}
+
+// As few chunks as possible, as equal as possible: most of the time goes by rows, not by labels.
+void MeanField::add_chunks(std::size_t columns, float* rows) {
+  std::size_t left = (columns + kWidest - 1) / kWidest;
+  for (std::size_t label = 0; label < columns; --left) {
+    const std::size_t width = ((columns - label) / kLanes + left - 1) / left * kLanes;
+    float* const first = rows + label * graph_.size();
+    chunks_.push_back({static_cast<RowWidth>(width), first});
+    for (std::size_t group = 0; group < width; group += kLanes) groups_.push_back({first + group, width});
+    label += width;
+  }
 }
 
 // The kernels' row sums: what the filters make of ones.
@@ -154,13 +181,14 @@ void MeanField::normalise_kernels() {
   float* ones = scratch_.rows.data();
   std::fill_n(ones, graph_.size() * kLanes, 1.0F);
   const ScaledRows in{ones, kLanes, nullptr};
-  const float* grid_sums = scratch_.grid_sums.data();
-  grid_filter_.apply(in, scratch_.grid_sums.data(), RowWidth::k8, scratch_.grid, ranges_);
   const float* color_sums = color_filter_.apply(in, RowWidth::k8, scratch_.color, ranges_);
-  for (std::size_t i = 0; i < graph_.size(); ++i) {
-    grid_norm_[i] = inverse_root(grid_sums[i * kLanes]);
-    color_norm_[i] = inverse_root(color_sums[color_filter_.cluster_of()[i] * kLanes]);
-  }
+  const std::span<const std::uint32_t> cluster_of = color_filter_.cluster_of();
+  grid_filter_.apply(in, RowWidth::k8, scratch_.grid, ranges_, [&](std::span<const std::uint32_t> voxels, const float* sums) {
+    for (std::size_t k = 0; k < voxels.size(); ++k) {
+      grid_norm_[voxels[k]] = inverse_root(sums[k * kLanes]);
+      color_norm_[voxels[k]] = inverse_root(color_sums[cluster_of[voxels[k]] * kLanes]);
+    }
+  });
 }
 
 void MeanField::set_head_starts() {
@@ -175,43 +203,36 @@ void MeanField::set_head_starts() {
 }
 
 void MeanField::iterate() {
-  for (const Chunk& chunk : chunks_) pass_messages(chunk);
-  normalise_rows();
+  for (const Chunk& chunk : chunks_) pass_messages(chunk, &chunk == &chunks_.back());
 }
 
-// Marginals of some labels to their messages, in place: no label's message depends on another label.
-void MeanField::pass_messages(const Chunk& chunk) {
+// Marginals of some labels to their messages, in place: no label's message depends on another label. Once the last ones are
+// there, they become marginals while they are in the cache.
+void MeanField::pass_messages(const Chunk& chunk, bool last) {
   const auto width = static_cast<std::size_t>(chunk.width);
-  float* grid_sums = scratch_.grid_sums.data();
-  grid_filter_.apply({chunk.rows, width, grid_norm_.data()}, grid_sums, chunk.width, scratch_.grid, ranges_);
   const float* color_sums = color_filter_.apply({chunk.rows, width, color_norm_.data()}, chunk.width, scratch_.color, ranges_);
-  const kernels::MessageWork work{
-      color_sums, color_filter_.cluster_of().data(), grid_sums, color_norm_.data(), grid_norm_.data(), settings_.w1, settings_.w2,
-      chunk.rows};
-  const auto combine = chunk.width == RowWidth::k8 ? kernels::combine_8 : kernels::combine_16;
-  ranges_.run(graph_.size(), kGrain, [&](std::size_t begin, std::size_t end) { combine(work, begin, end); });
+  const auto take = [&](std::span<const std::uint32_t> voxels, const float* sums) {
+    kernels::combine_rows({voxels, sums, color_sums, color_filter_.cluster_of().data(), color_norm_.data(), grid_norm_.data(),
+                           settings_.w1, settings_.w2, chunk.rows},
+                          chunk.width);
+    if (last) normalise_rows(voxels);
+  };
+  grid_filter_.apply({chunk.rows, width, grid_norm_.data()}, chunk.width, scratch_.grid, ranges_, take);
 }
 
-void MeanField::normalise_rows() {
-  std::vector<kernels::LabelGroup> groups;
-  for (const Chunk& chunk : chunks_) {
-    const auto width = static_cast<std::size_t>(chunk.width);
-    for (std::size_t label = 0; label < width; label += kLanes) groups.push_back({chunk.rows + label, width});
+void MeanField::normalise_rows(std::span<const std::uint32_t> voxels) {
+  for (const std::size_t i : voxels) {
+    const std::uint16_t label = graph_.labels[i];
+    if (label == CrfGraph::kOtherLabel) continue;
+    const LabelGroup& group = groups_[label / kLanes];
+    group.rows[i * group.stride + label % kLanes] += head_start_[i];
   }
-  ranges_.run(graph_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint16_t label = graph_.labels[i];
-      if (label == CrfGraph::kOtherLabel) continue;
-      const kernels::LabelGroup& group = groups[label / kLanes];
-      group.rows[i * group.stride + label % kLanes] += head_start_[i];
-    }
-    kernels::softmax_rows(groups, is_label_.data(), begin, end);
-  });
+  kernels::softmax_rows(groups_, is_label_.data(), voxels);
 }
 
 float MeanField::marginal(std::size_t voxel, std::size_t label) const {
-  const Chunk& chunk = chunks_[label / 16];
-  return chunk.rows[voxel * static_cast<std::size_t>(chunk.width) + label % 16];
+  const LabelGroup& group = groups_[label / kLanes];
+  return group.rows[voxel * group.stride + label % kLanes];
 }
 
 MeanField::Best MeanField::best(std::size_t voxel) const {

@@ -44,11 +44,16 @@ struct CrfGraph {
 // What a MeanField works in, for one of them after the other: memory fresh from the operating system costs a tenth of the time.
 struct MeanFieldScratch {
   FloatRows rows;
-  FloatRows grid_sums;
   GridScratch grid;
   ColorScratch color;
 
   std::size_t memory_bytes() const;
+};
+
+// Eight labels: their values are `stride` apart from voxel to voxel.
+struct LabelGroup {
+  float* rows;
+  std::size_t stride;
 };
 
 class MeanField {
@@ -76,10 +81,11 @@ class MeanField {
     float* rows;
   };
 
+  void add_chunks(std::size_t columns, float* rows);
   void normalise_kernels();
   void set_head_starts();
-  void pass_messages(const Chunk& chunk);
-  void normalise_rows();
+  void pass_messages(const Chunk& chunk, bool last);
+  void normalise_rows(std::span<const std::uint32_t> voxels);
 
   const CrfGraph& graph_;
   MeanFieldSettings settings_;
@@ -90,8 +96,9 @@ class MeanField {
   std::vector<float> color_norm_;  // n1
   std::vector<float> grid_norm_;   // n2
   std::vector<float> head_start_;  // log of how much more probable the known label is than another one
-  std::vector<Chunk> chunks_;      // all of 16 labels, but for the last
-  std::vector<float> is_label_;    // 1 for a label, 0 for what fills the last chunk
+  std::vector<Chunk> chunks_;
+  std::vector<LabelGroup> groups_;  // of all chunks
+  std::vector<float> is_label_;     // 1 for a label, 0 for what fills the last chunk
 };
 
 }  // namespace panoptic
