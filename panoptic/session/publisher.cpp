@@ -11,8 +11,6 @@
 namespace panoptic {
 namespace {
 
-StageTime stage_time(const DurationHistogram& h) { return {h.count(), h.percentile_ms(0.5), h.percentile_ms(0.95), h.last_ms()}; }
-
 // Every living object; those without surface fall out when it is measured.
 std::vector<SnapshotObject> objects_of(const Session& session) {
   std::vector<SnapshotObject> objects;
