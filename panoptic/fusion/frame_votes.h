@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "panoptic/fusion/integrate_kernels.h"
@@ -28,6 +29,12 @@ VoxelLabel voted_since(const OverruledVote& vote, VoxelLabel now);
 // Memory grows with the voxels whose label was overruled, a few percent of those near a surface.
 class FrameVotes {
  public:
+  FrameVotes() = default;
+  // As all() of another one told. REQUIRES each block's votes in the order of the voxels.
+  explicit FrameVotes(std::vector<std::vector<OverruledVote>> votes) : votes_(std::move(votes)) {}
+  // By slot; blocks without votes may be missing at the end.
+  const std::vector<std::vector<OverruledVote>>& all() const { return votes_; }
+
   // In the order of the voxels.
   std::span<const OverruledVote> of(Slot slot) const {
     return slot < votes_.size() ? std::span<const OverruledVote>(votes_[slot]) : std::span<const OverruledVote>();

@@ -48,6 +48,9 @@ struct SoFar {
   std::uint64_t frames_used = 0;
 };
 
+// Frames with a mask of each of two objects; first < second.
+using SeenTogether = std::map<std::pair<PanopticId, PanopticId>, std::uint32_t>;
+
 // Not thread-safe. The same calls give the same map, at any thread count.
 class ObjectMaintenance {
  public:
@@ -60,6 +63,10 @@ class ObjectMaintenance {
   void run(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
   // After the last frame: also drops, levels and names, which must wait until all evidence is in.
   void finish(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
+
+  // All that it remembers of earlier frames; what else it keeps is only faster than reading the map.
+  const SeenTogether& seen_together() const { return together_; }
+  void restore(SeenTogether together) { together_ = std::move(together); }
 
  private:
   struct Pass {
@@ -89,7 +96,7 @@ class ObjectMaintenance {
   MaintenanceOptions options_;
   LabelSet labels_;
   SurfaceVoxels surface_;  // kept from one time to the next, because most blocks stay as they are
-  std::map<std::pair<PanopticId, PanopticId>, std::uint32_t> together_;  // frames with a mask of each; first < second
+  SeenTogether together_;
 };
 
 }  // namespace panoptic

@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "panoptic/base/config.h"
@@ -52,6 +53,12 @@ struct SubmapChanges {
   std::vector<LabelChange> changes;
 };
 
+// What a regularizer remembers from run to run.
+struct RegularizerState {
+  std::vector<std::vector<OverruledVote>> votes;  // by slot, in the order of the voxels
+  std::vector<std::uint64_t> handled;             // by slot: the epoch up to which the block's changes are regularized
+};
+
 // Three steps, so that the long one can run beside the mapping: choose and gather read the map, solve reads only its arguments,
 // write_back changes the map. Each result depends on the map alone, not on the thread count.
 class Regularizer {
@@ -69,6 +76,13 @@ class Regularizer {
   std::size_t write_back(const SubmapChanges& changes, VoxelMap& map);
   // Before choose: forgets the votes for labels that no voxel holds any more.
   void forget_unused(const VoxelMap& map) { votes_.forget_unused(ids_in_use(map)); }
+
+  // To save it, and to go on from there with the same map.
+  RegularizerState state() const { return {votes_.all(), handled_}; }
+  void restore(RegularizerState state) {
+    votes_ = FrameVotes(std::move(state.votes));
+    handled_ = std::move(state.handled);
+  }
 
  private:
   SubmapChanges regularize(const VoxelMap& map, const std::vector<Slot>& blocks, MeanFieldScratch& scratch, Ranges ranges) const;

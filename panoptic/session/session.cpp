@@ -202,6 +202,22 @@ Mesh Session::mesh() {
   return mesh;
 }
 
+SessionState Session::state() const {
+  return {maintenance_.seen_together(), regularizer_.state(), frames_, label_frames_, labelled_, up_sum_, last_frame_};
+}
+
+void Session::restore(VoxelMap map, ObjectRegistry objects, SessionState state) {
+  map_ = std::move(map);
+  objects_ = std::move(objects);
+  maintenance_.restore(std::move(state.together));
+  regularizer_.restore(std::move(state.regularizer));
+  frames_ = std::move(state.frames);
+  label_frames_ = state.label_frames;
+  labelled_ = state.labelled;
+  up_sum_ = state.up_sum;
+  last_frame_ = state.last_frame;
+}
+
 Vec3d Session::up() const { return up_sum_.norm() > 0 ? Vec3d(up_sum_.normalized()) : Vec3d(-Vec3d::UnitY()); }
 
 std::unique_ptr<Predictor> make_predictor(const Options& options) {

@@ -26,6 +26,17 @@
 
 namespace panoptic {
 
+// What a session remembers beside its map and objects.
+struct SessionState {
+  SeenTogether together;
+  RegularizerState regularizer;
+  FrameLog frames;
+  std::uint64_t label_frames = 0;
+  std::uint64_t labelled = 0;
+  Vec3d up_sum = Vec3d::Zero();
+  std::int64_t last_frame = 0;
+};
+
 // Memory grows with the mapped volume and the number of objects, never with the number of frames. Not thread-safe: one thread
 // at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map, bit for bit.
 class Session {
@@ -80,6 +91,11 @@ class Session {
   const Profile& profile() const { return profile_; }
   // Upwards in the world, as the cameras were mostly held: the mean of their -y axes. Unit length.
   Vec3d up() const;
+
+  // To save a session, and to go on from there: then the same frames give the same map as without the interruption, bit for bit.
+  // restore REQUIRES a session with the options and labels of the one that was saved, to which nothing was added.
+  SessionState state() const;
+  void restore(VoxelMap map, ObjectRegistry objects, SessionState state);
 
  private:
   class Stages;

@@ -1,0 +1,252 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/session/checkpoint.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstring>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/json.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/session/session_notes.h"
+
+namespace panoptic {
+namespace {
+
+constexpr const char* kRecording = "recording";
+constexpr const char* kCalibration = "calibration";
+constexpr const char* kFrames = "frames_range";
+constexpr const char* kOptions = "options";
+constexpr const char* kPositions = "positions";
+constexpr const char* kComplete = "complete";
+constexpr const char* kUp = "up";
+constexpr const char* kProgram = "program";
+
+std::string note_or_empty(const SavedMap& saved, const char* name) {
+  const auto found = saved.notes.texts.find(name);
+  return found == saved.notes.texts.end() ? "" : found->second;
+}
+
+std::map<std::string, std::string> texts_of(const RunIdentity& identity) {
+  return {{kRecording, identity.recording},
+          {kCalibration, identity.calibration},
+          {kFrames, identity.frames},
+          {kOptions, options_text(identity.options)}};
+}
+
+// The first line of two texts that differs, each as it is there.
+std::pair<std::string, std::string> first_difference(std::string_view a, std::string_view b) {
+  const auto line = [](std::string_view& text) {
+    const std::size_t end = text.find('\n');
+    const std::string_view first = text.substr(0, end);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    return first;
+  };
+  while (!a.empty() || !b.empty()) {
+    const std::string_view of_a = line(a);
+    const std::string_view of_b = line(b);
+    if (of_a != of_b) return {std::string(of_a), std::string(of_b)};
+  }
+  return {};
+}
+
+bool same_labels(const LabelSet& a, const LabelSet& b) {
+  const auto same = [](const LabelClass& x, const LabelClass& y) {
+    return x.id == y.id && x.name == y.name && x.is_thing == y.is_thing && x.max_size_m == y.max_size_m &&
+           x.is_support == y.is_support;
+  };
+  return std::equal(a.classes().begin(), a.classes().end(), b.classes().begin(), b.classes().end(), same);
+}
+
+void require_same_run(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity,
+                      const LabelSet& labels) {
+  for (const auto& [name, text] : texts_of(identity)) {
+    const auto [before, now] = first_difference(note_or_empty(saved, name.c_str()), text);
+    if (before == now) continue;
+    throw Error(
+        fmt::format("{} is of another run: its {} is '{}', here it is '{}'; run with what it was made with, or choose another "
+                    "file",
+                    path.string(), name, before, now));
+  }
+  if (!same_labels(saved.header.labels, labels)) {
+    throw Error(fmt::format("{} is of another run: its label set '{}' is not '{}' as it is now; choose another file",
+                            path.string(), saved.header.labels.name(), labels.name()));
+  }
+}
+
+}  // namespace
+
+// Keeps other processes from writing the same file. SQLite's own locks are of another kind and do not mind.
+struct Checkpoints::Lock {
+  explicit Lock(const std::filesystem::path& path) : fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    if (fd < 0 || ::flock(fd, LOCK_EX | LOCK_NB) == 0) return;
+    ::close(fd);
+    throw Error(fmt::format("another run writes {}: wait until it is done, or choose another file", path.string()));
+  }
+  ~Lock() {
+    if (fd >= 0) ::close(fd);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+  int fd;
+};
+
+// A checkpoint that is being written.
+struct Checkpoints::Pending {
+  MapUpdate update;
+  std::vector<std::unique_ptr<VoxelBlock>> blocks;
+};
+
+std::string options_text(Options options) {
+  std::string text;
+  std::string comments = to_toml(fields(options));
+  for (std::size_t begin = 0; begin < comments.size();) {
+    const std::size_t end = std::min(comments.find('\n', begin), comments.size());
+    const std::string_view line = std::string_view(comments).substr(begin, end - begin);
+    if (!line.empty() && line.front() != '#') text.append(line).push_back('\n');
+    begin = end + 1;
+  }
+  return text;
+}
+
+Options options_of(const SavedMap& saved) {
+  Options options;
+  read_toml_text(note_or_empty(saved, kOptions), "the map file's options", fields(options));
+  return options;
+}
+
+bool is_complete(const SavedMap& saved) { return note_or_empty(saved, kComplete) == "1"; }
+
+Vec3d up_of(const SavedMap& saved) {
+  const Json json = Json::parse(note_or_empty(saved, kUp), nullptr, false);
+  Vec3d up = -Vec3d::UnitY();
+  if (!json.is_array() || json.size() != 3) return up;
+  for (std::size_t a = 0; a < 3; ++a) up[static_cast<Eigen::Index>(a)] = json[a].is_number() ? json[a].get<double>() : 0.0;
+  return up.allFinite() && up.norm() > 0 ? Vec3d(up.normalized()) : Vec3d(-Vec3d::UnitY());
+}
+
+Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Session& session)
+    : settings_(std::move(settings)), identity_(texts_of(identity)) {
+  identity_[kProgram] = fmt::format("panoptic {}", PANOPTIC_VERSION);
+  std::error_code ignored;
+  const bool exists = std::filesystem::exists(std::filesystem::symlink_status(settings_.path, ignored));
+  if (exists && !settings_.resume) {
+    throw Error(
+        fmt::format("{} is there already: go on with it (--resume), choose another name or remove it", settings_.path.string()));
+  }
+  if (exists) {
+    resume(identity, session);
+    return;
+  }
+  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::create(settings_.path, {identity.options.map, session.labels()}));
+  lock_ = std::make_unique<Lock>(settings_.path);
+  pending_ = copy(session, false);  // so that a run which is killed at once can be resumed too
+  writer_->write(pending_->update, false);
+  collect();
+}
+
+void Checkpoints::resume(const RunIdentity& identity, Session& session) {
+  lock_ = std::make_unique<Lock>(settings_.path);
+  SavedMap saved = load_map(settings_.path);
+  require_same_run(settings_.path, saved, identity, session.labels());
+  resumed_frames_ = load_frames(settings_.path);
+  positions_ = resumed_frames_.size();
+  if (positions_ > 0 && static_cast<std::uint64_t>(resumed_frames_.back().position) + 1 != positions_) {
+    throw Error(fmt::format("{} lacks frames; the file is damaged: use another copy", settings_.path.string()));
+  }
+  was_complete_ = is_complete(saved);
+  SessionState state = session_state(saved, resumed_frames_);
+  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, saved));
+  saved_epoch_ = saved.map.epoch();
+  session.restore(std::move(saved.map), std::move(saved.objects), std::move(state));
+}
+
+Checkpoints::~Checkpoints() {
+  if (is_writing()) writing_.wait();
+}
+
+void Checkpoints::note(FrameRecord record) {
+  record.position = static_cast<std::int64_t>(positions_++);
+  frames_.push_back(std::move(record));
+}
+
+std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Session& session, bool complete) {
+  auto pending = std::make_unique<Pending>();
+  const VoxelMap& map = session.map();
+  pending->update.epoch = map.epoch();
+  for (const Slot slot : map.changed_since(saved_epoch_)) {
+    pending->update.blocks.push_back({slot, map.index_of(slot), map.changed_at(slot), nullptr});
+  }
+  while (spare_.size() < pending->update.blocks.size()) spare_.push_back(std::make_unique_for_overwrite<VoxelBlock>());
+  pending->blocks = std::exchange(spare_, {});
+  parallel_for(pending->update.blocks.size(), [&](std::size_t i) {
+    BlockCopy& block = pending->update.blocks[i];
+    std::memcpy(pending->blocks[i].get(), &map.block(block.slot), sizeof(VoxelBlock));
+    block.voxels = pending->blocks[i].get();
+  });
+  pending->update.objects = session.objects();
+  pending->update.frames = std::exchange(frames_, {});
+  pending->update.notes = notes_of(session.state());
+  pending->update.notes.texts.insert(identity_.begin(), identity_.end());
+  const Vec3d up = session.up();
+  pending->update.notes.texts[kUp] = Json({up.x(), up.y(), up.z()}).dump();
+  pending->update.notes.texts[kPositions] = std::to_string(positions_);
+  pending->update.notes.texts[kComplete] = complete ? "1" : "0";
+  return pending;
+}
+
+// The pending checkpoint is through: in the file, or to be tried again, which writing_ tells by throwing.
+void Checkpoints::collect() {
+  const std::unique_ptr<Pending> done = std::move(pending_);
+  spare_ = std::move(done->blocks);
+  since_last_ = Stopwatch();
+  try {
+    if (writing_.valid()) writing_.get();
+    saved_epoch_ = done->update.epoch;
+  } catch (...) {
+    frames_.insert(frames_.begin(), std::make_move_iterator(done->update.frames.begin()),
+                   std::make_move_iterator(done->update.frames.end()));
+    throw;
+  }
+}
+
+void Checkpoints::after_frame(const Session& session) {
+  if (is_writing()) {
+    if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    try {
+      collect();
+    } catch (const std::exception& e) {
+      if (!std::exchange(warned_, true)) {
+        settings_.warn(fmt::format("the map is not saved for now, mapping goes on: {}", e.what()));
+      }
+    }
+  }
+  if (since_last_.seconds() < settings_.every_s) return;
+  pending_ = copy(session, false);
+  writing_ = std::async(std::launch::async, [this] { writer_->write(pending_->update, false); });
+}
+
+void Checkpoints::finish(const Session& session, bool complete) {
+  if (is_writing()) {
+    try {
+      collect();
+    } catch (const std::exception&) {  // what it could not write is tried again now
+    }
+  }
+  pending_ = copy(session, complete);
+  writer_->write(pending_->update, true);
+  collect();
+  writer_->close();
+  writer_.reset();
+  lock_.reset();
+}
+
+}  // namespace panoptic

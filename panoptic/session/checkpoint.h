@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Keeps a map file up to date while a session maps a recording, and goes on from such a file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "panoptic/base/profile.h"
+#include "panoptic/map/map_file.h"
+#include "panoptic/session/options.h"
+#include "panoptic/session/session.h"
+
+namespace panoptic {
+
+// What makes the map of a run what it is. A run is resumed only with all of it as it was.
+struct RunIdentity {
+  std::string recording;    // as RunSummary
+  std::string calibration;  // as RunSummary
+  std::string frames;       // the range that was asked for; empty = all
+  Options options;
+};
+
+// The text that a map file keeps of options, `key = value` a line.
+std::string options_text(Options options);
+// Those of a map file. Throws Error.
+Options options_of(const SavedMap& saved);
+
+// Whether a map holds its recording to the end, finish() included. Else it is a checkpoint.
+bool is_complete(const SavedMap& saved);
+// Upwards in the world, as Session::up.
+Vec3d up_of(const SavedMap& saved);
+
+struct CheckpointSettings {
+  std::filesystem::path path;
+  bool resume = false;  // goes on from the file if there is one; else there must be none
+  double every_s = 5;
+  std::function<void(const std::string&)> warn = [](const std::string&) {};  // from the thread that calls after_frame
+};
+
+// Writing happens on a thread of its own. What cannot be written is kept and tried again; the file then holds the last checkpoint
+// that could. Use from the thread that the session belongs to.
+class Checkpoints {
+ public:
+  // Makes the file, or brings the session to where the file is. Throws Error: there is a file already, it is of another run, it
+  // is damaged, another process writes it.
+  Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Session& session);
+  ~Checkpoints();
+  Checkpoints(const Checkpoints&) = delete;
+  Checkpoints& operator=(const Checkpoints&) = delete;
+
+  // Of the run so far, those before it was resumed included.
+  std::uint64_t positions() const { return positions_; }
+  bool was_complete() const { return was_complete_; }
+  const std::vector<FrameRecord>& resumed_frames() const { return resumed_frames_; }
+
+  // What became of the next position of the recording; `record.position` is filled in.
+  void note(FrameRecord record);
+  // Between frames: begins a checkpoint if it is time and the last one is through. Warns once if one failed.
+  void after_frame(const Session& session);
+  // The last one, whole: all that the session holds is in the file, and the file is one again. `complete`: the recording is
+  // through and session.finish() was called; else it is a checkpoint to resume from. Throws Error; the file then holds an earlier
+  // checkpoint.
+  void finish(const Session& session, bool complete);
+
+ private:
+  struct Lock;
+  struct Pending;
+
+  void resume(const RunIdentity& identity, Session& session);
+  std::unique_ptr<Pending> copy(const Session& session, bool complete);
+  void collect();
+  bool is_writing() const { return writing_.valid(); }
+
+  CheckpointSettings settings_;
+  std::unique_ptr<Lock> lock_;  // released after the file is closed
+  std::unique_ptr<MapFileWriter> writer_;
+  std::map<std::string, std::string> identity_;
+  std::uint64_t positions_ = 0;
+  bool was_complete_ = false;
+  std::vector<FrameRecord> resumed_frames_;
+  std::vector<FrameRecord> frames_;  // not in the file yet
+  std::uint64_t saved_epoch_ = 0;    // what changed since is not in the file
+  std::vector<std::unique_ptr<VoxelBlock>> spare_;
+  std::unique_ptr<Pending> pending_;
+  std::future<void> writing_;
+  Stopwatch since_last_;
+  bool warned_ = false;
+};
+
+}  // namespace panoptic
