@@ -4,11 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <fstream>
 #include <memory>
 #include <optional>
 
-#include "bench/seeded_labels.h"
 #include "panoptic/base/error.h"
+#include "panoptic/base/json.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/predict/predictor_files.h"
 #include "panoptic/session/open_dataset.h"
@@ -23,7 +26,61 @@ std::size_t image_bytes(const BenchFrame& f) {
          f.segmentation.segment_at.size() * sizeof(std::uint16_t);
 }
 
+template <typename T>
+Image<T> resized(const Image<T>& image, double factor) {
+  const auto edge = [factor](int px) { return std::max(1, static_cast<int>(std::lround(px * factor))); };
+  Image<T> result(edge(image.width()), edge(image.height()));
+  for (int v = 0; v < result.height(); ++v) {
+    const int from_v = std::min(static_cast<int>((v + 0.5) / factor), image.height() - 1);
+    for (int u = 0; u < result.width(); ++u) {
+      result(u, v) = image(std::min(static_cast<int>((u + 0.5) / factor), image.width() - 1), from_v);
+    }
+  }
+  return result;
+}
+
+Camera resized(const Camera& c, double factor, int width, int height) {
+  return {width, height, c.fx * factor, c.fy * factor, (c.cx + 0.5) * factor - 0.5, (c.cy + 0.5) * factor - 0.5};
+}
+
+// Nearest pixels: no depths are made up between surfaces.
+Frame resized(const Frame& frame, double factor) {
+  Frame result = frame;
+  result.depth = resized(frame.depth, factor);
+  result.color = resized(frame.color, factor);
+  result.depth_camera = resized(frame.depth_camera, factor, result.depth.width(), result.depth.height());
+  result.color_camera = resized(frame.color_camera, factor, result.color.width(), result.color.height());
+  return result;
+}
+
+Json to_json(const Camera& c) {
+  return {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}};
+}
+
 }  // namespace
+
+void write_raw_frames(const std::filesystem::path& folder, const BenchFrames& recording) {
+  std::filesystem::create_directories(folder);
+  std::ofstream depth(folder / "depth.u16", std::ios::binary);
+  std::ofstream color(folder / "color.rgb", std::ios::binary);
+  Json poses = Json::array();
+  for (const BenchFrame& f : recording.frames) {
+    std::vector<std::uint16_t> millimetres;
+    for (const float z : f.frame.depth.pixels()) {
+      millimetres.push_back(z > 0 && z < 65 ? static_cast<std::uint16_t>(std::lround(z * 1000.0F)) : std::uint16_t{0});
+    }
+    depth.write(reinterpret_cast<const char*>(millimetres.data()), static_cast<std::streamsize>(millimetres.size() * 2));
+    color.write(reinterpret_cast<const char*>(f.frame.color.data()), static_cast<std::streamsize>(f.frame.color.size() * 3));
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = f.frame.world_from_camera.matrix();
+    poses.push_back(std::vector<double>(pose.data(), pose.data() + pose.size()));
+  }
+  if (!depth.flush() || !color.flush())
+    throw Error(fmt::format("{}: the frames cannot be written; is the disk full?", folder.string()));
+  const Frame& first = recording.frames.front().frame;
+  write_json_file(folder / "frames.json", {{"depth_camera", to_json(first.depth_camera)},
+                                           {"color_camera", to_json(first.color_camera)},
+                                           {"world_from_camera", std::move(poses)}});
+}
 
 BenchFrames load_bench_frames(const BenchSource& source) {
   const auto dataset = open_dataset(source.recording, source.calibration);
@@ -33,14 +90,14 @@ BenchFrames load_bench_frames(const BenchSource& source) {
   while (std::optional<ReadResult> read = stream.next()) {
     if (!read->frame || why_unusable(*read->frame)) continue;
     BenchFrame& f = result.frames.emplace_back();
-    f.frame = std::move(*read->frame);
+    f.frame = source.resize == 1 ? std::move(*read->frame) : resized(*read->frame, source.resize);
     if (predictor) f.segmentation = predictor->predict(f.frame);
   }
   if (result.frames.empty()) throw Error(fmt::format("{}: no frame is usable; panoptic doctor says why", source.recording));
   if (!predictor) {
     parallel_for(result.frames.size(), [&](std::size_t i) {
       BenchFrame& f = result.frames[i];
-      f.segmentation = seeded_labels(f.frame, result.labels, source.seed);
+      f.segmentation = seeded_labels(f.frame, result.labels, source.seeded);
     });
   }
   for (const BenchFrame& f : result.frames) result.bytes += image_bytes(f);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/seeded_labels.h"
 #include "panoptic/data/frame.h"
 #include "panoptic/data/labels.h"
 #include "panoptic/data/segmentation.h"
@@ -33,10 +34,15 @@ struct BenchSource {
   std::filesystem::path calibration;
   FrameRange range;
   std::filesystem::path predictions;  // empty: seeded labels
-  std::uint64_t seed = 1;
+  SeededLabels seeded;
+  double resize = 1;  // of images and cameras; labels are made up afterwards
 };
 
 // Throws Error if nothing usable is there.
 BenchFrames load_bench_frames(const BenchSource& source);
+
+// For programs of others: `folder`/frames.json (cameras, sizes, 4x4 poses row by row), depth.u16 (millimetres, 0 = none) and
+// color.rgb, frame after frame. Throws Error if it cannot be written.
+void write_raw_frames(const std::filesystem::path& folder, const BenchFrames& recording);
 
 }  // namespace panoptic

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <ctime>
 #include <fstream>
+#include <optional>
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/profile.h"
 #include "panoptic/fusion/mesher.h"
+#include "panoptic/io/mesh_io.h"
 #include "panoptic/session/session.h"
 
 namespace panoptic {
@@ -64,15 +66,30 @@ double timed_ms(const auto& work) {
   return stopwatch.seconds() * 1e3;
 }
 
-Session mapped(const BenchFrames& recording, const BenchSettings& settings, StageTimes& times) {
+// The copies stand side by side, so far apart that they share nothing.
+std::optional<Frame> moved_to_copy(const Frame& frame, std::size_t copy) {
+  constexpr double kApart_m = 30;
+  if (copy == 0) return std::nullopt;
+  std::optional<Frame> moved = frame;
+  moved->world_from_camera.translation().x() += kApart_m * static_cast<double>(copy);
+  moved->index += static_cast<std::int64_t>(copy) * 1000000;
+  return moved;
+}
+
+// `blocks`: of the map after each copy.
+Session mapped(const BenchFrames& recording, const BenchSettings& settings, StageTimes& times, std::vector<std::size_t>& blocks) {
   Options options = settings.options;
   options.regularizer.enabled = false;  // runs every ten seconds, and bench_regularizer measures it
   Session session(options, recording.labels);
   Mesher mesher(options.mesher);
   StageClock clock;
-  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+  const std::size_t count = recording.frames.size() * static_cast<std::size_t>(settings.copies);
+  for (std::size_t i = 0; i < count; ++i) {
+    const BenchFrame& next = recording.frames[i % recording.frames.size()];
+    const std::optional<Frame> moved = moved_to_copy(next.frame, i / recording.frames.size());
     const double cpu_before = cpu_seconds();
-    const auto refused = session.add(recording.frames[i].frame, recording.frames[i].segmentation);
+    const auto refused = session.add(moved ? *moved : next.frame, next.segmentation);
+    if (i % recording.frames.size() == recording.frames.size() - 1) blocks.push_back(session.map().block_count());
     if (refused) continue;
     times["fusion_cpu"].push_back((cpu_seconds() - cpu_before) * 1e3);
     clock.read(session.profile(), times);
@@ -89,6 +106,7 @@ void finish(Session& session, const BenchSettings& settings, StageTimes& times, 
     mesher.update(session.map());
     mesh = mesher.assemble(session.map(), session.objects(), session.labels());
   }));
+  if (!settings.mesh.empty()) write_ply(settings.mesh, mesh);
   result.mesh_triangles = mesh.triangles.size();
   result.blocks = session.map().block_count();
   result.map_bytes = session.map().memory_bytes();
@@ -97,14 +115,26 @@ void finish(Session& session, const BenchSettings& settings, StageTimes& times, 
   result.map_hash = hash;
 }
 
+std::vector<CopyTimes> by_copy(const std::vector<double>& fusion_ms, const std::vector<std::size_t>& blocks) {
+  std::vector<CopyTimes> copies;
+  const std::size_t frames = fusion_ms.size() / blocks.size();
+  for (std::size_t c = 0; c < blocks.size(); ++c) {
+    const auto first = fusion_ms.begin() + static_cast<std::ptrdiff_t>(c * frames);
+    copies.push_back({quantile({first, first + static_cast<std::ptrdiff_t>(frames)}, 0.5), blocks[c]});
+  }
+  return copies;
+}
+
 }  // namespace
 
 BenchResult run_bench(const BenchFrames& recording, const BenchSettings& settings) {
   BenchResult result;
+  std::vector<std::size_t> blocks;
   for (int repeat = 0; repeat < settings.repeats; ++repeat) {
     StageTimes times;
     if (repeat == 0) reset_peak_memory();
-    Session session = mapped(recording, settings, times);
+    blocks.clear();
+    Session session = mapped(recording, settings, times, blocks);
     if (times["fusion"].empty()) throw Error("no frame could be fused: every one was refused");
     if (repeat == 0) result.peak_rss_mb = peak_memory_mb() - static_cast<double>(recording.bytes) / 1e6;
     finish(session, settings, times, result);
@@ -112,6 +142,7 @@ BenchResult run_bench(const BenchFrames& recording, const BenchSettings& setting
     keep_smallest(times, result.stages);
   }
   result.frames = result.stages["fusion"].size();
+  result.copies = by_copy(result.stages["fusion"], blocks);
   for (const BenchFrame& f : recording.frames) {
     result.segments_mean += static_cast<double>(f.segmentation.segments.size()) / static_cast<double>(recording.frames.size());
   }

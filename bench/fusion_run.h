@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,16 +20,25 @@ namespace panoptic {
 struct BenchSettings {
   Options options;
   int repeats = 3;
-  int mesh_every = 10;  // frames between two incremental meshes
+  int mesh_every = 10;         // frames between two incremental meshes
+  int copies = 1;              // the recording is mapped this many times side by side, for a larger map
+  std::filesystem::path mesh;  // where the last full mesh is written, if anywhere
 };
 
 // Milliseconds, one entry per frame (or per mesh): the smallest of the repeats, which is what the work takes when nothing else
 // runs. The work is the same in every repeat, bit for bit.
 using StageTimes = std::map<std::string, std::vector<double>>;
 
+// One copy of the recording: what a frame of it took with the map as large as it was at its end.
+struct CopyTimes {
+  double fusion_p50_ms = 0;
+  std::size_t map_blocks = 0;
+};
+
 struct BenchResult {
   StageTimes stages;  // the session's stages; mesh_incremental, mesh_full; fusion_cpu: time on all threads together
   std::vector<double> repeat_p50_ms;  // the stage "fusion" alone, as each repeat had it
+  std::vector<CopyTimes> copies;      // more than one if more were asked for
   std::size_t frames = 0;
   double segments_mean = 0;
   std::size_t blocks = 0;

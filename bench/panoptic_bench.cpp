@@ -21,6 +21,7 @@ struct BenchArguments {
   std::vector<std::string> assignments;
   std::string frames;
   std::string json;
+  std::string raw_frames;
   int threads = 0;
 };
 
@@ -30,7 +31,12 @@ void add_options(CLI::App& app, BenchArguments& a) {
   app.add_option("--calibration", a.source.calibration, "TOML file that overrides intrinsics, depth scale and the colour camera");
   app.add_option("--frames", a.frames, "A:B or A:B:STEP, positions in the sequence from 0, B excluded");
   app.add_option("--predictions", a.source.predictions, "folder of predictions; without it labels are made up from --seed");
-  app.add_option("--seed", a.source.seed, "of the made-up labels, default 1");
+  app.add_option("--seed", a.source.seeded.seed, "of the made-up labels, default 1");
+  app.add_option("--label-cell", a.source.seeded.cell_m, "edge in metres of the cubes that get a made-up label, default 1.2")
+      ->check(CLI::Range(0.05, 100.0));
+  app.add_option("--resize", a.source.resize, "factor for the edges of all images, default 1")->check(CLI::Range(0.05, 4.0));
+  app.add_option("--copies", a.settings.copies, "map the recording this many times side by side, for a larger map; default 1")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--config", a.config, "TOML file of options");
   app.add_option("--set", a.assignments, "one option, key=value; may be repeated (keys: panoptic options)");
   app.add_option("--repeat", a.settings.repeats, "how often all is done; each frame counts with its best time; default 3")
@@ -38,6 +44,8 @@ void add_options(CLI::App& app, BenchArguments& a) {
   app.add_option("--mesh-every", a.settings.mesh_every, "frames between two incremental meshes, default 10")
       ->check(CLI::Range(1, 100000));
   app.add_option("--threads", a.threads, "threads to use; 0 = one per core")->check(CLI::Range(0, 1024));
+  app.add_option("--mesh", a.settings.mesh, "write the full mesh to this PLY file");
+  app.add_option("--raw-frames", a.raw_frames, "write the decoded frames to this folder for other programs, and measure nothing");
   app.add_option("--json", a.json, "write the result to this file");
 }
 
@@ -52,6 +60,8 @@ Json to_json(const BenchArguments& a, const BenchFrames& recording, const BenchR
                     {"max_ms", quantile(samples, 1)},
                     {"mean_ms", sum / static_cast<double>(samples.size())}};
   }
+  Json copies = Json::array();
+  for (const CopyTimes& c : result.copies) copies.push_back({{"fusion_p50_ms", c.fusion_p50_ms}, {"map_blocks", c.map_blocks}});
   const auto voxels = static_cast<double>(result.blocks) * kBlockVoxels;
   return {{"program", fmt::format("panoptic {}", PANOPTIC_VERSION)},
           {"recording", recording.description},
@@ -62,6 +72,9 @@ Json to_json(const BenchArguments& a, const BenchFrames& recording, const BenchR
           {"voxel_size_m", a.settings.options.map.voxel_size_m},
           {"method", a.settings.options.integrator.method},
           {"stages", std::move(stages)},
+          {"copies", std::move(copies)},
+          {"width_px", recording.frames.front().frame.depth.width()},
+          {"height_px", recording.frames.front().frame.depth.height()},
           {"fusion_p50_ms_of_each_repeat", result.repeat_p50_ms},
           {"peak_rss_mb", result.peak_rss_mb},
           {"frames_mb", static_cast<double>(recording.bytes) / 1e6},
@@ -94,6 +107,7 @@ void bench(BenchArguments& a) {
   if (!a.frames.empty()) a.source.range = parse_frame_range(a.frames);
   set_thread_count(0);
   const BenchFrames recording = load_bench_frames(a.source);
+  if (!a.raw_frames.empty()) return write_raw_frames(a.raw_frames, recording);
   set_thread_count(a.threads);
   const Json result = to_json(a, recording, run_bench(recording, a.settings));
   print(result);

@@ -14,7 +14,6 @@ namespace {
 
 enum Purpose : std::uint64_t { kSite = 1, kKind, kMissed };
 
-constexpr double kCell_m = 1.2;       // one made-up object or piece of wall per cell of the world
 constexpr double kStuffShare = 0.35;  // of the cells
 constexpr double kMissedShare = 0.1;  // of the things in each frame
 constexpr int kPatch_px = 4;          // labels change in patches of this many colour pixels
@@ -27,15 +26,15 @@ struct Cell {
 };
 
 // The cell whose jittered centre is nearest: a Voronoi division of the world, so that borders cut surfaces at any angle.
-std::uint64_t nearest_site(const Vec3d& point, std::uint64_t seed) {
-  const Vec3d scaled = point / kCell_m;
+std::uint64_t nearest_site(const Vec3d& point, const SeededLabels& settings) {
+  const Vec3d scaled = point / settings.cell_m;
   const Vec3d low = scaled.array().floor();
   std::uint64_t best_key = 0;
   double best = 1e9;
   for (int n = 0; n < 27; ++n) {
     const Cell cell{static_cast<std::int64_t>(low.x()) + n % 3 - 1, static_cast<std::int64_t>(low.y()) + n / 3 % 3 - 1,
                     static_cast<std::int64_t>(low.z()) + n / 9 - 1};
-    Random random(seed, kSite, cell.key());
+    Random random(settings.seed, kSite, cell.key());
     const Vec3d site = Vec3d(static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)) +
                        Vec3d(random.uniform(), random.uniform(), random.uniform());
     const double distance = (site - scaled).squaredNorm();
@@ -88,7 +87,7 @@ std::optional<std::pair<int, int>> patch_of(const Frame& frame, const Vec3d& in_
 }
 
 // The site of each patch, from one depth pixel in four; patches that none falls on repeat their left neighbour (0 = none yet).
-Image<std::uint64_t> site_patches(const Frame& frame, std::uint64_t seed) {
+Image<std::uint64_t> site_patches(const Frame& frame, const SeededLabels& settings) {
   constexpr int kStride_px = 2;
   Image<std::uint64_t> sites((frame.color.width() + kPatch_px - 1) / kPatch_px,
                              (frame.color.height() + kPatch_px - 1) / kPatch_px, 0);
@@ -100,7 +99,7 @@ Image<std::uint64_t> site_patches(const Frame& frame, std::uint64_t seed) {
       const auto patch = patch_of(frame, point);
       if (!patch) continue;
       std::uint64_t& site = sites(patch->first, patch->second);
-      if (site == 0) site = nearest_site(frame.world_from_camera * point, seed);
+      if (site == 0) site = nearest_site(frame.world_from_camera * point, settings);
     }
   }
   for (std::size_t i = 1; i < sites.size(); ++i) {
@@ -111,9 +110,9 @@ Image<std::uint64_t> site_patches(const Frame& frame, std::uint64_t seed) {
 
 }  // namespace
 
-Segmentation seeded_labels(const Frame& frame, const LabelSet& labels, std::uint64_t seed) {
-  const Image<std::uint64_t> sites = site_patches(frame, seed);
-  SegmentTable table(labels, seed, frame.index);
+Segmentation seeded_labels(const Frame& frame, const LabelSet& labels, const SeededLabels& settings) {
+  const Image<std::uint64_t> sites = site_patches(frame, settings);
+  SegmentTable table(labels, settings.seed, frame.index);
   Image<std::uint16_t> numbers(sites.width(), sites.height(), 0);
   for (std::size_t i = 0; i < sites.size(); ++i) {
     if (sites[i] != 0) numbers[i] = table.number_of(sites[i]);

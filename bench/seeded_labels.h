@@ -13,8 +13,13 @@
 
 namespace panoptic {
 
-// A function of the frame and the seed alone, at the size of the colour image. Classes are those of `labels`, which must hold
-// things and stuff.
-Segmentation seeded_labels(const Frame& frame, const LabelSet& labels, std::uint64_t seed);
+struct SeededLabels {
+  std::uint64_t seed = 1;
+  double cell_m = 1.2;  // one made-up object or piece of wall per cube of this edge: about ten to a frame of a room
+};
+
+// A function of the frame and the settings alone, at the size of the colour image. Classes are those of `labels`, which must
+// hold things and stuff.
+Segmentation seeded_labels(const Frame& frame, const LabelSet& labels, const SeededLabels& settings);
 
 }  // namespace panoptic
