@@ -15,6 +15,7 @@ export class FramePanel {
   #caption;
   #picture;
   #empty;
+  #slider;
   #labelled = true;
   #run = '';
 
@@ -24,13 +25,14 @@ export class FramePanel {
     const slider = element('input', { type: 'range', min: 0, max: 100, value: 55, 'aria-label': 'Opacity of the labels over the image',
       on: { input: () => { overlay.style.opacity = slider.value / 100; } } });
     overlay.style.opacity = slider.value / 100;
+    this.#slider = element('label', { class: 'slider' }, element('span', { class: 'muted', text: 'Labels' }), slider);
     const choice = element('select', { 'aria-label': 'Which image', on: { change: () => { this.#labelled = choice.value === 'labelled'; this.#choose(); } } },
       element('option', { value: 'labelled', text: 'With labels' }), element('option', { value: 'newest', text: 'Newest' }));
     this.#caption = element('span', { class: 'muted tabular' });
     this.#empty = element('p', { class: 'empty', text: 'No image is kept.' });
     this.#picture = element('div', { class: 'picture' }, ...this.#images.values(), this.#empty);
     root.append(element('div', { class: 'card-head' }, element('h2', { text: 'Camera' }), this.#caption, choice), this.#picture,
-      element('label', { class: 'slider' }, element('span', { class: 'muted', text: 'Labels' }), slider));
+      this.#slider);
   }
 
   reset(run) {
@@ -72,6 +74,7 @@ export class FramePanel {
     const image = this.#images.get(name);
     if (image.src) URL.revokeObjectURL(image.src);
     image.hidden = picture === null;
+    if (name === 'overlay') this.#slider.hidden = picture === null;
     picture === null ? image.removeAttribute('src') : image.setAttribute('src', picture);
   }
 

@@ -93,7 +93,7 @@ export class Navigation {
       this.#chunks_when_sided = this.#surface.chunk_count;
     }
     const toward = this.#side.clone().multiplyScalar(Math.cos(kElevation)).setY(Math.sin(kElevation)).normalize();
-    this.#fly(box, toward, 0.82, at_once ? kFlight_s : 1.2);
+    this.#fly(box, toward, 0.9, at_once ? kFlight_s : 1.2);
   }
 
   // To the box of an object (in the map's axes), from the side on which the eye is by now.
