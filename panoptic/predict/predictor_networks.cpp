@@ -72,17 +72,31 @@ class NetworkPredictor final : public Predictor {
 
   // One network after the other, each on all threads: side by side on half of them was slower (docs/networks.md).
   Segmentation predict(const Frame& frame) override {
-    const Image<Rgb>& color = frame.color;
-    if (color.empty()) return {};
-    Image<ClassId> semantic(color.width(), color.height());
-    std::vector<ClassScores> scores;
-    for (const SemanticStage& network : semantic_) scores.push_back(network.run(color));
-    if (!scores.empty()) semantic = most_likely(average(std::move(scores), unknown_share_), color.width(), color.height());
-    const std::vector<Instance> instances = instance_ ? instance_->run(color) : std::vector<Instance>();
-    return fuse(semantic, instances, labels_, segmentation_);
+    if (frame.color.empty()) return {};
+    const Image<ClassId> classes = semantic(frame.color);
+    return fuse(classes, instances(frame.color), labels_, segmentation_);
+  }
+
+  std::optional<PredictorHalves> halves() override {
+    if (semantic_.empty() || !instance_) return std::nullopt;
+    return PredictorHalves{[this](const Image<Rgb>& color) { return semantic(color); },
+                           [this](const Image<Rgb>& color) { return instances(color); },
+                           [this](const Image<ClassId>& classes, const std::vector<Instance>& found) {
+                             return fuse(classes, found, labels_, segmentation_);
+                           }};
   }
 
  private:
+  Image<ClassId> semantic(const Image<Rgb>& color) const {
+    std::vector<ClassScores> scores;
+    for (const SemanticStage& network : semantic_) scores.push_back(network.run(color));
+    if (scores.empty()) return {color.width(), color.height()};
+    return most_likely(average(std::move(scores), unknown_share_), color.width(), color.height());
+  }
+  std::vector<Instance> instances(const Image<Rgb>& color) const {
+    return instance_ ? instance_->run(color) : std::vector<Instance>();
+  }
+
   LabelSet labels_;
   float unknown_share_;
   SegmentationOptions segmentation_;

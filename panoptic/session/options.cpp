@@ -20,6 +20,7 @@ Fields fields(Options& o) {
   append_group(all, "objects", fields(o.objects));
   append_group(all, "regularizer", fields(o.regularizer));
   append_group(all, "mesher", fields(o.mesher));
+  append_group(all, "online", fields(o.online));
   return all;
 }
 

@@ -16,6 +16,7 @@
 #include "panoptic/fusion/regularizer.h"
 #include "panoptic/map/voxel_map.h"
 #include "panoptic/predict/predictor_networks.h"
+#include "panoptic/session/online_options.h"
 
 namespace panoptic {
 
@@ -30,6 +31,7 @@ struct Options {
   MaintenanceOptions objects;
   RegularizerOptions regularizer;
   MesherOptions mesher;
+  OnlineOptions online;
 };
 Fields fields(Options& options);
 

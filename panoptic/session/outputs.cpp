@@ -74,6 +74,25 @@ Json to_json(const FrameLog& frames) {
           {"skipped_frames", std::move(list)}};
 }
 
+Json to_json(const Profile& profile) {
+  Json stages = Json::object();
+  for (const auto& [name, histogram] : profile.stages()) stages[name] = to_json(histogram);
+  return stages;
+}
+
+Json to_json(const OnlineReport& o) {
+  return {{"read", o.read},
+          {"used", o.used},
+          {"skipped", o.skipped},
+          {"dropped", o.dropped},
+          {"lost", o.lost},
+          {"labelled", o.labelled},
+          {"passed_over", o.passed_over},
+          {"geometry_hz", o.geometry_hz},
+          {"label_hz", o.label_hz},
+          {"latency", to_json(o.latency)}};
+}
+
 Json to_json(const OrientedBox& box) {
   Json axes = Json::array();
   for (int a = 0; a < 3; ++a) axes.push_back(to_json(Vec3d(box.axes.col(a))));
@@ -158,8 +177,6 @@ Json objects_json(const Session& session, const Mesh& mesh) {
 }
 
 Json report_json(const Session& session, const Options& options, const RunSummary& run, const Mesh& mesh) {
-  Json stages = Json::object();
-  for (const auto& [name, histogram] : session.profile().stages()) stages[name] = to_json(histogram);
   Options copy = options;
   Json report = {{"program", fmt::format("panoptic {}", PANOPTIC_VERSION)},
                  {"dataset", run.dataset},
@@ -172,7 +189,8 @@ Json report_json(const Session& session, const Options& options, const RunSummar
   report["frames"]["without_prediction"] = run.without_prediction;
   report["wall_s"] = run.wall_s;
   report["frames_per_s"] = run.wall_s > 0 ? static_cast<double>(session.frames().used()) / run.wall_s : 0;
-  report["stages"] = std::move(stages);
+  if (run.online) report["online"] = to_json(*run.online);
+  report["stages"] = to_json(session.profile());
   report["peak_rss_mb"] = peak_rss_mb();
   report["block_count"] = session.map().block_count();
   report["map_memory_mb"] = static_cast<double>(session.map().memory_bytes()) / 1e6;

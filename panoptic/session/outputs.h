@@ -6,9 +6,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "panoptic/base/json.h"
+#include "panoptic/session/online.h"
 #include "panoptic/session/session.h"
 
 namespace panoptic {
@@ -23,6 +25,7 @@ struct RunSummary {
   std::string stopped_by;   // why, if not complete
   double wall_s = 0;
   std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
+  std::optional<OnlineReport> online;    // of an online run
 };
 
 // The two reports as JSON; `mesh` is the session's.

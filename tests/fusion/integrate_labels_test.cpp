@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Labels that come later than the frame that they are of.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "panoptic/fusion/integrator.h"
+#include "tests/fusion/scenes.h"
+
+namespace panoptic {
+namespace {
+
+constexpr float kVoxel_m = 0.024F;
+constexpr std::uint16_t kFirstObject = 4;
+
+std::vector<Frame> orbit(int frames) {
+  const test::Surface scene = test::nearest_of({test::sphere({0, 0, 0}, 0.6), test::plane(Vec3d::UnitY(), 0.6)});
+  std::vector<Frame> result;
+  for (int i = 0; i < frames; ++i) {
+    const double angle = 0.2 * i;
+    result.push_back(
+        test::render(scene, test::small_camera(), test::look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), i));
+  }
+  return result;
+}
+
+// Patches of many labels, of pixels without a vote, and of pixels without a label, other ones in every frame.
+std::vector<PanopticId> patches(const RegisteredFrame& frame, std::int64_t index) {
+  std::vector<PanopticId> labels(frame.segment.size(), PanopticId::kNoVote);
+  for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+    const auto u = static_cast<std::int64_t>(i) % frame.width;
+    const auto v = static_cast<std::int64_t>(i) / frame.width;
+    const std::int64_t patch = (u + 7 * index) / 23 + 3 * (v / 17);
+    if (patch % 5 != 0) labels[i] = static_cast<PanopticId>(patch % 7);
+  }
+  return labels;
+}
+
+struct Fusion {
+  explicit Fusion(const std::string& method) : integrator({method, 4}, map, kFirstObject) {}
+
+  void add(const Frame& frame) {
+    const RegisteredFrame& registered = registration.apply(frame, test::halves(frame.color_camera));
+    integrator.integrate(frame, registered, patches(registered, frame.index), map);
+  }
+  void add_geometry(const Frame& frame) {
+    const RegisteredFrame& registered = registration.apply(frame, {});
+    integrator.integrate(frame, registered, std::vector<PanopticId>(registered.segment.size(), PanopticId::kNoVote), map);
+  }
+  void add_labels(const Frame& frame) {
+    const RegisteredFrame& registered = registration.apply(frame, test::halves(frame.color_camera));
+    integrator.integrate_labels(frame, registered, patches(registered, frame.index), map);
+  }
+
+  VoxelMap map{{kVoxel_m, 4}};
+  Registration registration{{}};
+  Integrator integrator;
+};
+
+class IntegrateLabels : public testing::TestWithParam<const char*> {};
+
+TEST_P(IntegrateLabels, AfterTheGeometryGiveTheMapOfBothAtOnceBitForBit) {
+  Fusion at_once(GetParam());
+  Fusion one_by_one(GetParam());
+  Fusion long_after(GetParam());
+  const std::vector<Frame> frames = orbit(6);
+  for (const Frame& frame : frames) {
+    at_once.add(frame);
+    one_by_one.add_geometry(frame);
+    one_by_one.add_labels(frame);
+    long_after.add_geometry(frame);
+  }
+  for (const Frame& frame : frames) long_after.add_labels(frame);
+  EXPECT_EQ(one_by_one.map.hash(), at_once.map.hash());
+  EXPECT_EQ(long_after.map.hash(), at_once.map.hash());
+}
+
+TEST_P(IntegrateLabels, TouchNeitherDistanceNorColourNorAnyWeightButTheirOwn) {
+  Fusion fusion(GetParam());
+  const Frame frame = orbit(1)[0];
+  fusion.add_geometry(frame);
+  std::vector<VoxelBlock> before;
+  for (Slot slot = 0; slot < fusion.map.block_count(); ++slot) before.push_back(fusion.map.block(slot));
+  const std::uint64_t epoch = fusion.map.epoch();
+  fusion.add_labels(frame);
+  bool any_label = false;
+  ASSERT_EQ(fusion.map.block_count(), before.size());
+  for (Slot slot = 0; slot < before.size(); ++slot) {
+    const VoxelBlock& now = fusion.map.block(slot);
+    EXPECT_EQ(now.distance, before[slot].distance);
+    EXPECT_EQ(now.weight, before[slot].weight);
+    EXPECT_EQ(now.red, before[slot].red);
+    EXPECT_EQ(now.green, before[slot].green);
+    EXPECT_EQ(now.blue, before[slot].blue);
+    if (now.label_weight == before[slot].label_weight) continue;
+    any_label = true;
+    EXPECT_GT(fusion.map.changed_at(slot), epoch) << "readers of the map must see the change";
+  }
+  EXPECT_TRUE(any_label);
+}
+
+TEST_P(IntegrateLabels, DoNotMakeBlocks) {
+  Fusion fusion(GetParam());
+  fusion.add_labels(orbit(1)[0]);
+  EXPECT_EQ(fusion.map.block_count(), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(BothMethods, IntegrateLabels, testing::Values("projective", "raycast"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+struct NaiveLabel {
+  std::uint16_t label = 0;
+  double weight = 0;
+  bool near_tie = false;  // where rounding may decide
+
+  // Eq. 9-11, with the votes of objects counted four times.
+  void observe(std::uint16_t observed, double quadric) {
+    const double w = quadric * (observed >= kFirstObject ? 4 : 1);
+    if (observed == label) {
+      weight += w;
+      return;
+    }
+    near_tie |= std::abs(w - weight) < 1e-4 * (w + weight);
+    if (w > weight) label = observed;
+    weight = std::abs(w - weight);
+  }
+};
+
+// The labels of one frame for every voxel of a block, by projecting its centre.
+void observe_naively(const Frame& frame, const RegisteredFrame& registered, const std::vector<PanopticId>& labels, BlockIndex b,
+                     std::vector<NaiveLabel>& voxels) {
+  constexpr double kBand_m = 4 * double{kVoxel_m};
+  const Pose camera_from_world = frame.world_from_camera.inverse();
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    const Vec3d place(16 * b.x + i % 16 + 0.5, 16 * b.y + i / 16 % 16 + 0.5, 16 * b.z + i / 256 + 0.5);
+    const Vec3d p = camera_from_world * (place * double{kVoxel_m});
+    const double u = std::floor(frame.depth_camera.fx * p.x() / p.z() + frame.depth_camera.cx + 0.5);
+    const double v = std::floor(frame.depth_camera.fy * p.y() / p.z() + frame.depth_camera.cy + 0.5);
+    if (p.z() <= 0 || u < 0 || v < 0 || u >= registered.width || v >= registered.height) continue;
+    const auto pixel = static_cast<std::size_t>(v * registered.width + u);
+    const double z = registered.depth[pixel];
+    const double d = (z - p.z()) * p.norm() / p.z();
+    if (z <= 0 || std::abs(d) >= kBand_m || labels[pixel] == PanopticId::kNoVote) continue;
+    const double drop = d < -double{kVoxel_m} ? (kBand_m + d) / (kBand_m - double{kVoxel_m}) : 1;
+    voxels[static_cast<std::size_t>(i)].observe(number(labels[pixel]), drop / (z * z));
+  }
+}
+
+TEST(LabelsOfAFrame, EqualTheNaiveReferenceVoxelByVoxel) {
+  Fusion fusion("projective");
+  const std::vector<Frame> frames = orbit(5);
+  for (const Frame& frame : frames) fusion.add_geometry(frame);
+  std::map<Slot, std::vector<NaiveLabel>> naive;
+  for (Slot slot = 0; slot < fusion.map.block_count(); ++slot) naive[slot].resize(kBlockVoxels);
+  for (const std::size_t i : {0U, 2U, 4U}) {
+    const RegisteredFrame registered = fusion.registration.apply(frames[i], {});
+    for (auto& [slot, voxels] : naive) {
+      observe_naively(frames[i], registered, patches(registered, frames[i].index), fusion.map.index_of(slot), voxels);
+    }
+    fusion.add_labels(frames[i]);
+  }
+  std::size_t labelled = 0;
+  std::size_t different = 0;
+  for (const auto& [slot, voxels] : naive) {
+    const VoxelBlock& block = fusion.map.block(slot);
+    for (std::size_t v = 0; v < voxels.size(); ++v) {
+      labelled += voxels[v].weight > 0 ? 1 : 0;
+      const bool same = block.label[v] == voxels[v].label &&
+                        std::abs(double{block.label_weight[v]} - voxels[v].weight) <= 1e-3 * (1 + voxels[v].weight);
+      different += same || voxels[v].near_tie ? 0 : 1;
+    }
+  }
+  EXPECT_GT(labelled, 20000U);
+  EXPECT_LT(different, labelled / 1000) << "pixels chosen by rounding a border in float or in double";
+}
+
+}  // namespace
+}  // namespace panoptic
