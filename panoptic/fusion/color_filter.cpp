@@ -140,7 +140,7 @@ class ColorFilter::Candidates {
 
   // Those of them that pair with a cluster.
   std::span<const ClusterPair> find(std::size_t cluster) {
-    kernels::PairWork work{{}, clusters_.data(), count_, {}, kFarthest, squares_.data(), found_.data()};
+    kernels::PairWork work{{}, clusters_.data(), count_, {}, kFarthest, near_.data(), weights_.data(), found_.data()};
     for (std::size_t a = 0; a < 6; ++a) {
       work.axes[a] = axes_[a].data();
       work.center[a] = centers_.axes[a][cluster];
@@ -178,7 +178,7 @@ class ColorFilter::Candidates {
 
   // Eight at once, and what is too many is overwritten by the next range: most are short.
   void copy_ranges() {
-    make_room(count_ + 2 * kLanes);
+    make_room(count_ + 4 * kLanes);
     std::size_t to = 0;
     for (const Range range : ranges_) {
       for (std::uint32_t from = range.first; from < range.past; from += kLanes) {
@@ -190,7 +190,7 @@ class ColorFilter::Candidates {
       }
       to += range.past - range.first;
     }
-    for (; count_ % kLanes != 0; ++count_) {
+    for (; count_ % (2 * kLanes) != 0; ++count_) {
       for (auto& axis : axes_) axis[count_] = kNowhere;
     }
   }
@@ -198,7 +198,8 @@ class ColorFilter::Candidates {
     if (count <= clusters_.size()) return;
     for (auto& axis : axes_) axis.resize(count);
     clusters_.resize(count);
-    squares_.resize(count);
+    near_.resize(count);
+    weights_.resize(count);
     found_.resize(count);
   }
 
@@ -208,7 +209,8 @@ class ColorFilter::Candidates {
   std::size_t count_ = 0;
   std::array<std::vector<float>, 6> axes_;
   std::vector<std::uint32_t> clusters_;
-  std::vector<float> squares_;
+  std::vector<std::uint32_t> near_;
+  std::vector<float> weights_;
   std::vector<ClusterPair> found_;
 };
 
@@ -217,6 +219,7 @@ void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const
   threads.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     Pairs& piece = pairs_[begin / kGrain];
     Candidates candidates(centers, reach_cells);
+    piece.ends.reserve(end - begin);
     for (std::size_t past = begin; begin < end; begin = past) {
       past = candidates.collect(begin, end);
       for (std::size_t c = begin; c < past; ++c) {
@@ -235,7 +238,7 @@ const float* ColorFilter::apply(const ScaledRows& in, RowWidth row_width, ColorS
   ranges.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     const std::span ends(member_ends_.data() + begin, end - begin);
     const std::size_t first = begin == 0 ? 0 : member_ends_[begin - 1];
-    kernels::sum_members({{ends, first, sums + begin * width}, members_.data(), in}, row_width);
+    kernels::sum_members({{ends, first, sums + begin * width}, members_.data(), members_.size(), in}, row_width);
   });
   ranges.run(pairs_.size(), 1, [&](std::size_t piece, std::size_t) {
     const Pairs& pairs = pairs_[piece];

@@ -6,10 +6,16 @@
 #include "panoptic/fusion/fast_exp.h"
 #include "panoptic/fusion/lanes.h"
 
+#ifdef PANOPTIC_HAS_WIDE
+#include <immintrin.h>
+#endif
+
 namespace panoptic::kernels {
 
+constexpr std::size_t kAhead = 16;      // rows that are fetched before they are needed
+constexpr std::size_t kCacheLine = 16;  // floats
+
 // External linkage on purpose: GCC's target_clones need it.
-void weigh_pairs(ClusterPair* pairs, std::size_t count);
 void sum_members_8(const MemberSums& work);
 void sum_members_16(const MemberSums& work);
 void sum_members_24(const MemberSums& work);
@@ -25,41 +31,72 @@ void sum_pairs_16_wide(const PairSums& work);
 void sum_pairs_24_wide(const PairSums& work);
 void sum_pairs_32_wide(const PairSums& work);
 
-void square_differences(const PairWork& work);
+std::size_t keep_near(const PairWork& work);
+std::size_t keep_near_wide(const PairWork& work);
+void weigh_pairs(const PairWork& work, std::size_t count);
 
-PANOPTIC_CLONES
-void square_differences(const PairWork& work) {
-  for (std::size_t i = 0; i < work.count; i += kLanes) {
-    Lanes squares = {};
-    for (std::size_t a = 0; a < 6; ++a) {
-      Lanes difference;
-      std::memcpy(&difference, work.axes[a] + i, sizeof difference);
-      difference -= work.center[a];
-      squares += difference * difference;
-    }
-    std::memcpy(work.squares + i, &squares, sizeof squares);
+template <typename Part>
+[[gnu::always_inline]] inline void square_differences(const PairWork& work, std::size_t i, Part& squares) {
+  squares = Part{};
+  for (std::size_t a = 0; a < 6; ++a) {
+    Part difference;
+    load_lanes(work.axes[a] + i, difference);
+    difference -= work.center[a];
+    squares += difference * difference;
   }
 }
 
+// The candidates that are near enough, and the negated squares of their differences, side by side. Which these are is as good as
+// random: no branches.
 PANOPTIC_CLONES
-void weigh_pairs(ClusterPair* pairs, std::size_t count) {
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    Lanes weight;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) weight[lane] = pairs[i + lane].weight;
-    fast_exp(weight);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) pairs[i + lane].weight = weight[lane];
+std::size_t keep_near(const PairWork& work) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < work.count; i += kLanes) {
+    Lanes squares;
+    square_differences(work, i, squares);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      work.near[count] = work.clusters[i + lane];
+      work.weights[count] = -squares[lane];
+      count += squares[lane] < work.farthest ? 1 : 0;
+    }
   }
+  return count;
+}
+
+#ifdef PANOPTIC_HAS_WIDE
+PANOPTIC_WIDE
+std::size_t keep_near_wide(const PairWork& work) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < work.count; i += 2 * kLanes) {
+    WideLanes squares;
+    square_differences(work, i, squares);
+    const __mmask16 is_near = _mm512_cmp_ps_mask(squares, _mm512_set1_ps(work.farthest), _CMP_LT_OQ);
+    const WideLanes negated = -squares;
+    _mm512_storeu_ps(work.weights + count, _mm512_maskz_compress_ps(is_near, negated));
+    _mm512_storeu_si512(work.near + count, _mm512_maskz_compress_epi32(is_near, _mm512_loadu_si512(work.clusters + i)));
+    count += static_cast<std::size_t>(__builtin_popcount(is_near));
+  }
+  return count;
+}
+#else
+std::size_t keep_near_wide(const PairWork& work) { return keep_near(work); }
+#endif
+
+PANOPTIC_CLONES
+void weigh_pairs(const PairWork& work, std::size_t count) {
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    Lanes weights;
+    load_lanes(work.weights + i, weights);
+    fast_exp(weights);
+    store_lanes(weights, work.weights + i);
+  }
+  for (std::size_t i = 0; i < count; ++i) work.found[i] = {work.near[i], work.weights[i]};
 }
 
 std::size_t find_pairs(const PairWork& work) {
-  square_differences(work);
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < work.count; ++i) {  // which are near enough is as good as random: no branches
-    work.found[count] = {work.clusters[i], -work.squares[i]};
-    count += work.squares[i] < work.farthest ? 1 : 0;
-  }
-  for (std::size_t lane = 0; lane < kLanes; ++lane) work.found[count + lane] = {};
-  weigh_pairs(work.found, count);
+  const std::size_t count = has_wide_registers() ? keep_near_wide(work) : keep_near(work);
+  for (std::size_t lane = 0; lane < kLanes; ++lane) work.weights[count + lane] = 0;
+  weigh_pairs(work, count);
   return count;
 }
 
@@ -82,6 +119,9 @@ template <typename Row>
   sum_rows<Row>(
       work.rows, [&](std::size_t i, Row & sum) __attribute__((always_inline)) {
         const std::uint32_t voxel = work.members[i];
+        const float* later = work.in.row(work.members[i + kAhead < work.count ? i + kAhead : i]);
+        __builtin_prefetch(later);
+        if constexpr (Row::kWidth > kCacheLine) __builtin_prefetch(later + Row::kWidth - 1);
         sum.add(work.in.scale == nullptr ? 1.0F : work.in.scale[voxel], Row::at(work.in.row(voxel)));
       });
 }

@@ -23,11 +23,12 @@ namespace kernels {
 struct PairWork {
   std::array<const float*, 6> axes;  // of the candidates: a pair's weight is e^-(squared difference)
   const std::uint32_t* clusters;     // of the candidates
-  std::size_t count;                 // of the candidates, a multiple of eight
+  std::size_t count;                 // of the candidates, a multiple of sixteen
   std::array<float, 6> center;       // of the cluster
   float farthest;                    // squared differences from here on are left out
-  float* squares;                    // room for one a candidate
-  ClusterPair* found;                // room for one a candidate, and eight more
+  std::uint32_t* near;               // room for one a candidate, as below: clusters
+  float* weights;
+  ClusterPair* found;
 };
 
 // Returns how many pairs were found.
@@ -43,6 +44,7 @@ struct RowSums {
 struct MemberSums {
   RowSums rows;
   const std::uint32_t* members = nullptr;
+  std::size_t count = 0;  // of the whole list
   ScaledRows in = {};
 };
 // The list: rows of clusters, with the weight of the pair.

@@ -31,16 +31,17 @@ namespace panoptic {
   return p * std::bit_cast<float>((n + 127) << 23);
 }
 
-// The same bits, eight at once.
-[[gnu::always_inline]] inline void fast_exp(Lanes& x) {
-  using Integers [[gnu::vector_size(32)]] = std::int32_t;
+// The same bits, eight or sixteen at once.
+template <typename Part>
+[[gnu::always_inline]] inline void fast_exp(Part& x) {
+  using Integers [[gnu::vector_size(sizeof(Part))]] = std::int32_t;
   constexpr float kLog2E = 1.44269504F;
-  const Lanes lowest = Lanes{} - 87.0F;
-  const Lanes held = x > lowest ? x : lowest;
+  const Part lowest = Part{} - 87.0F;
+  const Part held = x > lowest ? x : lowest;
   const Integers n = __builtin_convertvector(held * kLog2E - 0.5F, Integers);
-  const Lanes whole = __builtin_convertvector(n, Lanes);
-  const Lanes r = held - whole * 0.693359375F - whole * -2.12194440e-4F;
-  Lanes p = Lanes{} + 1.0F / 720;
+  const Part whole = __builtin_convertvector(n, Part);
+  const Part r = held - whole * 0.693359375F - whole * -2.12194440e-4F;
+  Part p = Part{} + 1.0F / 720;
   p = p * r + 1.0F / 120;
   p = p * r + 1.0F / 24;
   p = p * r + 1.0F / 6;
@@ -48,7 +49,7 @@ namespace panoptic {
   p = p * r + 1.0F;
   p = p * r + 1.0F;
   const Integers exponent = (n + 127) << 23;
-  Lanes power;
+  Part power;
   std::memcpy(&power, &exponent, sizeof power);
   x = p * power;
 }

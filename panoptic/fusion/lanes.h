@@ -14,6 +14,7 @@
 // in memory. So what uses WideLanes is a function of its own, for such a CPU alone.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_THREAD__) && \
     !defined(__SANITIZE_ADDRESS__)
+#define PANOPTIC_HAS_WIDE
 #define PANOPTIC_WIDE [[gnu::target("arch=x86-64-v4")]]
 #else
 #define PANOPTIC_WIDE

@@ -15,8 +15,10 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kGrain = 512;  // voxels that are worked together: their labels stay in the cache
-constexpr std::size_t kWidest = 32;  // labels of a chunk
+constexpr std::size_t kGrain = 512;     // voxels that are worked together: their labels stay in the cache
+constexpr std::size_t kWidest = 32;     // labels of a chunk
+constexpr std::size_t kAhead = 8;       // rows that are fetched before they are needed
+constexpr std::size_t kCacheLine = 16;  // floats
 
 // Every voxel belongs to some sum of at least its own 1, so the root is of something positive.
 float inverse_root(float sum) { return 1.0F / std::sqrt(sum); }
@@ -43,12 +45,18 @@ void combine_8(const MessageWork& work);
 void combine_16(const MessageWork& work);
 void combine_24(const MessageWork& work);
 void combine_32(const MessageWork& work);
-void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::span<const std::uint32_t> voxels);
+void softmax_rows(std::span<const LabelGroup> groups, std::span<const std::uint32_t> voxels);
+void softmax_rows_wide(std::span<const LabelGroup> groups, std::span<const std::uint32_t> voxels);
 
 template <std::size_t Width>
 [[gnu::always_inline]] inline void combine(const MessageWork& work) {
   const float* grid = work.grid_sums;
-  for (const std::size_t i : work.voxels) {
+  const std::size_t last = work.voxels.size() - 1;
+  for (std::size_t k = 0; k <= last; ++k) {
+    const std::size_t i = work.voxels[k];
+    const float* later = work.rows + std::size_t{work.voxels[k + kAhead < last ? k + kAhead : last]} * Width;
+    __builtin_prefetch(later);
+    if constexpr (Width > kCacheLine) __builtin_prefetch(later + Width - 1);
     const float color_factor = work.w1 * work.color_norm[i];
     const float grid_factor = work.w2 * work.grid_norm[i];
     const float own_factor = color_factor * work.color_norm[i] + grid_factor * work.grid_norm[i];
@@ -92,41 +100,70 @@ void combine_rows(const MessageWork& work, RowWidth width) {
   x += __builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5);
 }
 
-// Logits to probabilities; columns where is_label is 0 become 0. Eight sums side by side, in a fixed order.
-PANOPTIC_CLONES
-void softmax_rows(std::span<const LabelGroup> groups, const float* is_label, std::span<const std::uint32_t> voxels) {
+// Sixteen as eight and eight, so that the order of the sums does not depend on the width.
+[[gnu::always_inline]] inline void take_highest(Lanes& most, const Lanes& x) { most = x > most ? x : most; }
+[[gnu::always_inline]] inline void take_highest(Lanes& most, const WideLanes& x) {
+  take_highest(most, __builtin_shufflevector(x, x, 0, 1, 2, 3, 4, 5, 6, 7));
+  take_highest(most, __builtin_shufflevector(x, x, 8, 9, 10, 11, 12, 13, 14, 15));
+}
+[[gnu::always_inline]] inline void add_to(Lanes& sums, const Lanes& x) { sums += x; }
+[[gnu::always_inline]] inline void add_to(Lanes& sums, const WideLanes& x) {
+  sums += __builtin_shufflevector(x, x, 0, 1, 2, 3, 4, 5, 6, 7);
+  sums += __builtin_shufflevector(x, x, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+
+template <typename Part>
+[[gnu::always_inline]] inline void find_highest(const LabelGroup& group, std::size_t i, Lanes& most) {
+  Part logits;
+  load_lanes(group.rows + i * group.stride, logits);
+  take_highest(most, logits);
+}
+template <typename Part>
+[[gnu::always_inline]] inline void raise(const LabelGroup& group, std::size_t i, float most, Lanes& sums) {
+  float* row = group.rows + i * group.stride;
+  Part value;
+  Part is_label;
+  load_lanes(row, value);
+  load_lanes(group.is_label, is_label);
+  value -= most;
+  fast_exp(value);
+  value *= is_label;
+  add_to(sums, value);
+  store_lanes(value, row);
+}
+template <typename Part>
+[[gnu::always_inline]] inline void scale(const LabelGroup& group, std::size_t i, float share) {
+  float* row = group.rows + i * group.stride;
+  Part value;
+  load_lanes(row, value);
+  value *= share;
+  store_lanes(value, row);
+}
+
+// Logits to probabilities; columns where is_label is 0 become 0. `Most` values of a group at once if it has so many.
+template <typename Most>
+[[gnu::always_inline]] inline void softmax(std::span<const LabelGroup> groups, std::span<const std::uint32_t> voxels) {
+  const auto full = [](const LabelGroup& group) { return group.columns * sizeof(float) == sizeof(Most); };
   for (const std::size_t i : voxels) {
     Lanes most;
-    std::memcpy(&most, groups[0].rows + i * groups[0].stride, sizeof most);
-    for (const LabelGroup& group : groups) {
-      Lanes logits;
-      std::memcpy(&logits, group.rows + i * group.stride, sizeof logits);
-      most = logits > most ? logits : most;
-    }
+    load_lanes(groups[0].rows + i * groups[0].stride, most);
+    for (const LabelGroup& group : groups) full(group) ? find_highest<Most>(group, i, most) : find_highest<Lanes>(group, i, most);
     spread_highest(most);
     Lanes sums = {};
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      float* row = groups[g].rows + i * groups[g].stride;
-      Lanes value;
-      Lanes mask;
-      std::memcpy(&value, row, sizeof value);
-      std::memcpy(&mask, is_label + g * kLanes, sizeof mask);
-      value -= most;
-      fast_exp(value);
-      value *= mask;
-      sums += value;
-      std::memcpy(row, &value, sizeof value);
+    for (const LabelGroup& group : groups) {
+      full(group) ? raise<Most>(group, i, most[0], sums) : raise<Lanes>(group, i, most[0], sums);
     }
     spread_sum(sums);
-    const Lanes share = 1.0F / sums;
-    for (const LabelGroup& group : groups) {
-      Lanes value;
-      float* row = group.rows + i * group.stride;
-      std::memcpy(&value, row, sizeof value);
-      value *= share;
-      std::memcpy(row, &value, sizeof value);
-    }
+    const float share = 1.0F / sums[0];
+    for (const LabelGroup& group : groups) full(group) ? scale<Most>(group, i, share) : scale<Lanes>(group, i, share);
   }
+}
+
+PANOPTIC_CLONES
+void softmax_rows(std::span<const LabelGroup> groups, std::span<const std::uint32_t> voxels) { softmax<Lanes>(groups, voxels); }
+PANOPTIC_WIDE
+void softmax_rows_wide(std::span<const LabelGroup> groups, std::span<const std::uint32_t> voxels) {
+  softmax<WideLanes>(groups, voxels);
 }
 
 }  // namespace kernels
@@ -150,9 +187,9 @@ MeanField::MeanField(const CrfGraph& graph, const MeanFieldSettings& settings, M
   float* rows = scratch_.rows.make_room(graph.size() * columns);
   normalise_kernels();
   set_head_starts();
-  add_chunks(columns, rows);
   is_label_.assign(columns, 0.0F);
   std::fill_n(is_label_.begin(), graph.label_count, 1.0F);
+  add_chunks(columns, rows);
   ranges_.run(graph.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint32_t> voxels(end - begin);
     std::iota(voxels.begin(), voxels.end(), static_cast<std::uint32_t>(begin));
@@ -171,7 +208,12 @@ void MeanField::add_chunks(std::size_t columns, float* rows) {
     const std::size_t width = ((columns - label) / kLanes + left - 1) / left * kLanes;
     float* const first = rows + label * graph_.size();
     chunks_.push_back({static_cast<RowWidth>(width), first});
-    for (std::size_t group = 0; group < width; group += kLanes) groups_.push_back({first + group, width});
+    for (std::size_t column = 0; column < width; ++column) columns_.push_back({first + column, width});
+    for (std::size_t group = 0; group < width;) {
+      const std::size_t count = has_wide_registers() && width - group >= 2 * kLanes ? 2 * kLanes : kLanes;
+      groups_.push_back({first + group, width, count, is_label_.data() + label + group});
+      group += count;
+    }
     label += width;
   }
 }
@@ -224,16 +266,17 @@ void MeanField::normalise_rows(std::span<const std::uint32_t> voxels) {
   for (const std::size_t i : voxels) {
     const std::uint16_t label = graph_.labels[i];
     if (label == CrfGraph::kOtherLabel) continue;
-    const LabelGroup& group = groups_[label / kLanes];
-    group.rows[i * group.stride + label % kLanes] += head_start_[i];
+    *marginal_at(i, label) += head_start_[i];
   }
-  kernels::softmax_rows(groups_, is_label_.data(), voxels);
+  has_wide_registers() ? kernels::softmax_rows_wide(groups_, voxels) : kernels::softmax_rows(groups_, voxels);
 }
 
-float MeanField::marginal(std::size_t voxel, std::size_t label) const {
-  const LabelGroup& group = groups_[label / kLanes];
-  return group.rows[voxel * group.stride + label % kLanes];
+float* MeanField::marginal_at(std::size_t voxel, std::size_t label) const {
+  const Column& column = columns_[label];
+  return column.rows + voxel * column.stride;
 }
+
+float MeanField::marginal(std::size_t voxel, std::size_t label) const { return *marginal_at(voxel, label); }
 
 MeanField::Best MeanField::best(std::size_t voxel) const {
   Best best{0, marginal(voxel, 0)};

@@ -50,10 +50,12 @@ struct MeanFieldScratch {
   std::size_t memory_bytes() const;
 };
 
-// Eight labels: their values are `stride` apart from voxel to voxel.
+// Labels whose values lie side by side, `stride` apart from voxel to voxel.
 struct LabelGroup {
   float* rows;
   std::size_t stride;
+  std::size_t columns;    // 8 or 16
+  const float* is_label;  // 1 for a label, 0 for what only fills the group
 };
 
 class MeanField {
@@ -81,6 +83,12 @@ class MeanField {
     float* rows;
   };
 
+  struct Column {
+    float* rows;
+    std::size_t stride;
+  };
+
+  float* marginal_at(std::size_t voxel, std::size_t label) const;
   void add_chunks(std::size_t columns, float* rows);
   void normalise_kernels();
   void set_head_starts();
@@ -97,8 +105,9 @@ class MeanField {
   std::vector<float> grid_norm_;   // n2
   std::vector<float> head_start_;  // log of how much more probable the known label is than another one
   std::vector<Chunk> chunks_;
+  std::vector<Column> columns_;     // by label
   std::vector<LabelGroup> groups_;  // of all chunks
-  std::vector<float> is_label_;     // 1 for a label, 0 for what fills the last chunk
+  std::vector<float> is_label_;     // by column
 };
 
 }  // namespace panoptic
