@@ -23,6 +23,13 @@ void spread_row(std::uint64_t* row, const std::uint64_t* copy, std::size_t words
   }
 }
 
+// The same with whole words.
+void spread_words(std::uint64_t* __restrict words, const std::uint64_t* __restrict copy, std::size_t count, std::size_t shift) {
+  if (shift >= count) return;
+  for (std::size_t w = 0; w < count - shift; ++w) words[w] |= copy[w + shift];
+  for (std::size_t w = shift; w < count; ++w) words[w] |= copy[w - shift];
+}
+
 }  // namespace
 
 GridBox box_around(std::span<const GridPoint> points) {
@@ -52,25 +59,19 @@ void BitGrid::dilate(int axis, std::int32_t radius) {
 
 void BitGrid::spread(int axis, std::int32_t distance) {
   const std::vector<std::uint64_t> copy = bits_;
-  const std::int32_t ny = box_.size.y;
-  const std::int32_t nz = box_.size.z;
-  const auto add_row = [&](std::size_t to, std::size_t from) {
-    for (std::size_t w = 0; w < words_per_row_; ++w) bits_[to + w] |= copy[from + w];
-  };
-  for (std::int32_t z = 0; z < nz; ++z) {
-    for (std::int32_t y = 0; y < ny; ++y) {
-      const std::size_t here = row_offset(y, z);
-      if (axis == 0) {
-        spread_row(bits_.data() + here, copy.data() + here, words_per_row_, static_cast<std::size_t>(distance));
-      } else if (axis == 1) {
-        if (y >= distance) add_row(here, row_offset(y - distance, z));
-        if (y + distance < ny) add_row(here, row_offset(y + distance, z));
-      } else {
-        if (z >= distance) add_row(here, row_offset(y, z - distance));
-        if (z + distance < nz) add_row(here, row_offset(y, z + distance));
-      }
+  const std::size_t rows = static_cast<std::size_t>(box_.size.y) * static_cast<std::size_t>(box_.size.z);
+  const auto along = static_cast<std::size_t>(distance);
+  if (axis == 0) {
+    for (std::size_t w = 0; w < rows * words_per_row_; w += words_per_row_) {
+      spread_row(bits_.data() + w, copy.data() + w, words_per_row_, along);
     }
+    return;
   }
+  // Rows along y follow each other, slices along z too: what is spread is a long stretch of words.
+  const std::size_t slice = static_cast<std::size_t>(box_.size.y) * words_per_row_;
+  const std::size_t stretch = axis == 1 ? slice : bits_.size();
+  const std::size_t shift = axis == 1 ? along * words_per_row_ : along * slice;
+  for (std::size_t w = 0; w < bits_.size(); w += stretch) spread_words(bits_.data() + w, copy.data() + w, stretch, shift);
 }
 
 void BitGrid::intersect(const BitGrid& other) {
