@@ -140,22 +140,22 @@ Connection::Connection(int socket, const ConnectionLimits& limits) : socket_(soc
 
 Connection::~Connection() { ::close(socket_); }
 
-// Appends what is there to unread_; false if nothing came in time or ever will.
-bool Connection::receive(Clock::time_point until) {
+// Appends what is there to unread_.
+Connection::Received Connection::receive(Clock::time_point until) {
   std::array<char, 4096> buffer{};
   for (;;) {
-    if (!wait_for(socket_, POLLIN, until)) return false;
+    if (!wait_for(socket_, POLLIN, until)) return Received::kNothingInTime;
     const ssize_t count = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
     if (count > 0) {
       unread_.append(buffer.data(), static_cast<std::size_t>(count));
-      return true;
+      return Received::kBytes;
     }
-    if (count == 0 || (errno != EAGAIN && errno != EINTR)) return false;
+    if (count == 0 || (errno != EAGAIN && errno != EINTR)) return Received::kEnd;
   }
 }
 
 RequestHead Connection::read_head() {
-  if (unread_.empty() && !receive(Clock::now() + limits_.idle)) return {};
+  if (unread_.empty() && receive(Clock::now() + limits_.idle) != Received::kBytes) return {};
   const auto until = Clock::now() + limits_.head;
   std::size_t searched = 0;
   for (;;) {
@@ -167,7 +167,8 @@ RequestHead Connection::read_head() {
     }
     if (unread_.size() > limits_.max_head_bytes) return {431, {}};
     searched = unread_.size() < kEndOfHead.size() ? 0 : unread_.size() - kEndOfHead.size() + 1;
-    if (!receive(until)) return {Clock::now() >= until ? 408 : 0, {}};
+    const Received received = receive(until);
+    if (received != Received::kBytes) return {received == Received::kEnd ? 0 : 408, {}};
   }
 }
 
@@ -196,7 +197,7 @@ void Connection::close_gently() {
   ::shutdown(socket_, SHUT_WR);
   const auto until = Clock::now() + kGoodbye;
   unread_.clear();
-  while (receive(until)) unread_.clear();
+  while (receive(until) == Received::kBytes) unread_.clear();
 }
 
 }  // namespace panoptic

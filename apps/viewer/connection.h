@@ -51,7 +51,8 @@ class Connection {
   int socket() const { return socket_; }
 
  private:
-  bool receive(std::chrono::steady_clock::time_point until);
+  enum class Received { kBytes, kNothingInTime, kEnd };
+  Received receive(std::chrono::steady_clock::time_point until);
 
   int socket_;
   ConnectionLimits limits_;

@@ -100,6 +100,8 @@ std::string state_message(const SnapshotSurface& surface, std::uint64_t since) {
   const Snapshot& snapshot = surface.snapshot();
   Json chunks = Json::array();
   for (std::size_t i = 0; i < snapshot.chunks.size(); ++i) {
+    const bool is_empty = snapshot.chunks[i].surface->triangles.empty();
+    if (is_empty && since == 0) continue;  // whoever has nothing need not hear of it
     if (surface.version(i) > since) chunks.push_back(Json::array({key(snapshot.chunks[i].index), surface.version(i)}));
   }
   return text_of({{"revision", snapshot.revision},

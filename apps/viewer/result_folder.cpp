@@ -132,7 +132,7 @@ std::vector<Vec3f> path_in(const fs::path& file) {
 // The block of the cell that holds the triangle. A cell spans from a voxel's centre to the next one's; a vertex may lie on its
 // wall, whence the tolerance. Nothing if the triangle does not fit.
 std::optional<BlockIndex> block_of(const std::array<Vec3d, 3>& corners, double voxel_size_m) {
-  constexpr double kTolerance_voxels = 1e-2;
+  constexpr double kTolerance_voxels = 1e-3;
   const Vec3d low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]) / voxel_size_m;
   const Vec3d high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]) / voxel_size_m;
   const Eigen::Array3d block = ((low.array() - 0.5 + kTolerance_voxels) / kBlockSide).floor();

@@ -255,6 +255,7 @@ bool ViewerServer::State::send_event(httplib::DataSink& sink, std::uint64_t& sen
     std::unique_lock lock(mutex);
     if (ending.wait_for(lock, kLookEvery, [&] { return is_ending; })) return false;
   }
+  if (!sink.is_writable()) return false;  // the browser left
   const auto newest = content.latest().newest();
   const auto silence = Clock::now() - sent_at;
   std::string text;
