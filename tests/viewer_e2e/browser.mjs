@@ -8,7 +8,7 @@ import { chromium } from 'playwright-core';
 import { decode_png, differing_share } from './png.mjs';
 import { work } from './program.mjs';
 
-const kPatience_ms = 30000;
+const kPatience_ms = 60000;
 
 // Software drawing: test machines have no graphics card.
 export function launch() {

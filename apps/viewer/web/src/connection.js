@@ -30,6 +30,7 @@ export class Connection {
   #run = null;
   #revision = 0;
   #objects_revision = -1;
+  #in_flight = 0;
   #wanted = new Map();  // chunk key -> the oldest version that will do
   #running = new Set();  // loops that are at work, so that none runs twice
   #again = new Set();
@@ -46,8 +47,9 @@ export class Connection {
     document.addEventListener('visibilitychange', () => this.#on_news());
   }
 
+  // Chunks that are to come.
   get waiting() {
-    return this.#wanted.size;
+    return this.#wanted.size + this.#in_flight;
   }
 
   async open() {
@@ -153,12 +155,21 @@ export class Connection {
       const batch = [...this.#wanted].slice(0, kChunksPerRequest);
       for (const [key] of batch) this.#wanted.delete(key);  // so that the other loops take other ones
       try {
-        const buffer = await (await request(`/api/chunks?k=${batch.map(([key]) => key).join(',')}`)).arrayBuffer();
-        if (run === this.#run) this.#listener.chunks(parse_chunks(buffer));
+        const chunks = await this.#fetch_batch(batch.map(([key]) => key));
+        if (run === this.#run) this.#listener.chunks(chunks);
       } catch (error) {
         for (const [key, version] of run === this.#run ? batch : []) if (!this.#wanted.has(key)) this.#wanted.set(key, version);
         throw error;
       }
+    }
+  }
+
+  async #fetch_batch(keys) {
+    this.#in_flight += keys.length;
+    try {
+      return parse_chunks(await (await request(`/api/chunks?k=${keys.join(',')}`)).arrayBuffer());
+    } finally {
+      this.#in_flight -= keys.length;
     }
   }
 }

@@ -16,6 +16,7 @@ export class FramePanel {
   #picture;
   #empty;
   #slider;
+  #choice;
   #labelled = true;
   #run = '';
 
@@ -26,7 +27,7 @@ export class FramePanel {
       on: { input: () => { overlay.style.opacity = slider.value / 100; } } });
     overlay.style.opacity = slider.value / 100;
     this.#slider = element('label', { class: 'slider' }, element('span', { class: 'muted', text: 'Labels' }), slider);
-    const choice = element('select', { 'aria-label': 'Which image', on: { change: () => { this.#labelled = choice.value === 'labelled'; this.#choose(); } } },
+    const choice = this.#choice = element('select', { 'aria-label': 'Which image', on: { change: () => { this.#labelled = choice.value === 'labelled'; this.#choose(); } } },
       element('option', { value: 'labelled', text: 'With labels' }), element('option', { value: 'newest', text: 'Newest' }));
     this.#caption = element('span', { class: 'muted tabular' });
     this.#empty = element('p', { class: 'empty', text: 'No image is kept.' });
@@ -80,6 +81,7 @@ export class FramePanel {
 
   #show(something) {
     this.#empty.hidden = something;
+    this.#choice.hidden = !something;
     this.#picture.classList.toggle('none', !something);
     if (!something) for (const name of this.#images.keys()) this.#swap(name, null);
   }

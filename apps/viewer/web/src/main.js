@@ -60,6 +60,7 @@ class Page {
   #layers = { path: true, names: false, backs: false };
   #title = 'map';
   #frame_index = -1;
+  #whole = false;  // everything that was there when the page was opened has arrived
   #lists_pending = false;
   #connection = new Connection({
     status: (state) => this.#status.set_connection(state), scene: (scene) => this.#on_scene(scene), state: (state) => this.#on_state(state),
@@ -83,6 +84,7 @@ class Page {
 
   #on_scene(scene) {
     this.#title = scene.title;
+    this.#whole = false;
     this.#labels.reset(scene);
     this.#surface.reset(scene);
     for (const part of [this.#trail, this.#legend, this.#objects, this.#timeline]) part.reset();
@@ -121,7 +123,9 @@ class Page {
 
   #on_chunks(chunks) {
     for (const chunk of chunks) this.#surface.put(chunk);
-    this.#navigation.frame_map();
+    const whole = !this.#whole && this.#connection.waiting === 0;
+    this.#whole ||= whole;
+    this.#navigation.frame_map({ whole });
     this.#refresh_lists();
     this.#stage.invalidate_soon();
   }

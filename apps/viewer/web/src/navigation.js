@@ -75,7 +75,7 @@ export class Navigation {
     if (this.mode !== 'orbit') this.set_mode('orbit');
     this.touched = false;
     this.#side = null;
-    this.frame_map(true);
+    this.frame_map({ at_once: true });
   }
 
   forget() {
@@ -84,11 +84,11 @@ export class Navigation {
     this.#recording = null;
   }
 
-  // Shows all of the surface, from where most of it faces the eye.
-  frame_map(at_once = false) {
+  // Shows all of the surface, from where most of it faces the eye; `whole` says that nothing is lacking for the first time.
+  frame_map({ at_once = false, whole = false } = {}) {
     const box = this.#surface.box;
     if (box.isEmpty() || this.touched || this.mode !== 'orbit') return;
-    if (this.#side === null || this.#surface.chunk_count > 1.5 * this.#chunks_when_sided) {
+    if (this.#side === null || whole || this.#surface.chunk_count > 1.5 * this.#chunks_when_sided) {
       this.#side = this.#surface.best_side(this.#stage.up).applyQuaternion(this.#stage.map.quaternion);
       this.#chunks_when_sided = this.#surface.chunk_count;
     }

@@ -14,6 +14,11 @@ export function number_text(value) {
   return value.toFixed(value >= 10 ? 1 : 2);
 }
 
+// For small print.
+export function short_text(value) {
+  return value >= 9.95 ? Math.round(value).toLocaleString('en') : `${Math.round(10 * value) / 10}`;
+}
+
 export function duration_text(seconds) {
   const whole = Math.max(0, Math.floor(seconds));
   const pad = (n) => `${n}`.padStart(2, '0');
@@ -40,15 +45,16 @@ export class Timeline {
 
   update(run) {
     const now_s = performance.now() / 1000;
+    const rate = (hz) => (run.finished ? NaN : hz);  // nothing comes any more: not zero, but no rate
     const dropped = Object.entries(run.dropped);
     const all = dropped.reduce((sum, [, count]) => sum + count, 0);
-    this.#show('geometry', 'Geometry', now_s, run.geometry_hz, 'Hz', `${run.frames_used.toLocaleString('en')} frames`);
-    this.#show('labels', 'Labels', now_s, run.label_hz, 'Hz', `${run.frames_labelled.toLocaleString('en')} frames`);
+    this.#show('geometry', 'Geometry', now_s, rate(run.geometry_hz), 'Hz', `${run.frames_used.toLocaleString('en')} frames`);
+    this.#show('labels', 'Labels', now_s, rate(run.label_hz), 'Hz', `${run.frames_labelled.toLocaleString('en')} frames`);
     this.#show('memory', 'Memory', now_s, run.memory_mb, 'MB', 'of the process');
     this.#show('dropped', 'Dropped', now_s, all, '', dropped.filter(([, n]) => n > 0).map(([stage, n]) => `${stage} ${n}`).join(', ') || 'none');
     const rank = ([name]) => (kOrder.includes(name) ? kOrder.indexOf(name) : kOrder.length);
     for (const [name, time] of Object.entries(run.stages).sort((a, b) => rank(a) - rank(b) || a[0].localeCompare(b[0], 'en'))) {
-      this.#show(`stage ${name}`, name, now_s, time.last_ms, 'ms', `p50 ${number_text(time.p50_ms)} · p95 ${number_text(time.p95_ms)}`, time.p95_ms);
+      this.#show(`stage ${name}`, name, now_s, time.last_ms, 'ms', `p50 ${short_text(time.p50_ms)} · p95 ${short_text(time.p95_ms)}`, time.p95_ms);
     }
     this.redraw();
   }

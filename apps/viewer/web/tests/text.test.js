@@ -7,12 +7,13 @@ import { file_name } from '../src/downloads.js';
 import { History } from '../src/history.js';
 import { best_probability, matches, size_of } from '../src/objects.js';
 import { upright } from '../src/stage.js';
-import { duration_text, number_text } from '../src/timeline.js';
+import { duration_text, number_text, short_text } from '../src/timeline.js';
 import { box_points, frustum_points } from '../src/trail.js';
 
 test('Text: numbers keep about three digits', () => {
   assert.deepEqual([0, 3, 0.126, 9.96, 12.34, 1234.5].map(number_text), ['0', '3', '0.13', '9.96', '12.3', '1,235']);
   assert.equal(number_text(undefined), '–');
+  assert.deepEqual([0, 0.04, 1.26, 9.96, 1234.5].map(short_text), ['0', '0', '1.3', '10', '1,235']);
 });
 
 test('Text: durations', () => {
