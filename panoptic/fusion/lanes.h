@@ -47,24 +47,23 @@ template <typename Part>
   *reinterpret_cast<Unaligned*>(to) = part;
 }
 
-// A row of labels: LaneRow<WideLanes, Lanes> has 24. A list and not an array: GCC keeps arrays of such values in memory, where
-// every addition then waits for the one before it.
-template <typename... Parts>
-struct LaneRow {
+struct NoLanes {
   static constexpr std::size_t kWidth = 0;
 
   [[gnu::always_inline]] void load(const float*) {}
   [[gnu::always_inline]] void store(float*) const {}
   [[gnu::always_inline]] void scale(float) {}
-  [[gnu::always_inline]] void add(float, const LaneRow&) {}
+  [[gnu::always_inline]] void add(float, const NoLanes&) {}
 };
 
-template <typename First, typename... Rest>
-struct LaneRow<First, Rest...> {
+// A row of labels: some of them, and the rest as another row. A list and not an array: GCC keeps arrays of such values in memory,
+// where every addition then waits for the one before it.
+template <typename First, typename Rest = NoLanes>
+struct LaneRow {
   static constexpr std::size_t kFirst = sizeof(First) / sizeof(float);
-  static constexpr std::size_t kWidth = kFirst + LaneRow<Rest...>::kWidth;
+  static constexpr std::size_t kWidth = kFirst + Rest::kWidth;
   First first = {};
-  [[no_unique_address]] LaneRow<Rest...> rest = {};
+  [[no_unique_address]] Rest rest = {};
 
   [[gnu::always_inline]] void load(const float* from) {
     load_lanes(from, first);
@@ -91,11 +90,11 @@ struct LaneRow<First, Rest...> {
 };
 
 using Row8 = LaneRow<Lanes>;
-using Row16 = LaneRow<Lanes, Lanes>;
-using Row24 = LaneRow<Lanes, Lanes, Lanes>;
-using Row32 = LaneRow<Lanes, Lanes, Lanes, Lanes>;
+using Row16 = LaneRow<Lanes, Row8>;
+using Row24 = LaneRow<Lanes, Row16>;
+using Row32 = LaneRow<Lanes, Row24>;
 using WideRow16 = LaneRow<WideLanes>;
-using WideRow24 = LaneRow<WideLanes, Lanes>;
-using WideRow32 = LaneRow<WideLanes, WideLanes>;
+using WideRow24 = LaneRow<WideLanes, Row8>;
+using WideRow32 = LaneRow<WideLanes, WideRow16>;
 
 }  // namespace panoptic
