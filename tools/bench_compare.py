@@ -10,6 +10,7 @@ CPU time in turns, not wall time one after the other: what else runs on the mach
 """
 import argparse
 import json
+import os
 import pathlib
 import statistics
 import subprocess
@@ -30,14 +31,17 @@ def revision(name):
 
 def build(commit, folder):
     """A worktree at the commit with panoptic-bench built in it; kept, so that the next comparison starts warm."""
-    if not folder.exists():
-        run(["git", "-C", ROOT, "worktree", "add", "--quiet", "--detach", folder, commit])
+    run(["git", "-C", ROOT, "worktree", "prune"])
+    if not (folder / "CMakeLists.txt").exists():
+        run(["git", "-C", ROOT, "worktree", "add", "--quiet", "--force", "--detach", folder, commit])
     third_party = folder / "third_party"
     if not third_party.exists() and (ROOT / "third_party").exists():
         third_party.symlink_to(ROOT / "third_party")
     options = ["-DPANOPTIC_TESTS=OFF", "-DPANOPTIC_EXAMPLES=OFF", "-Wno-dev"]
-    run(["cmake", "--preset", "release", *options], cwd=folder, stdout=subprocess.DEVNULL)
-    run(["cmake", "--build", "--preset", "release", "--target", "panoptic-bench"], cwd=folder, stdout=subprocess.DEVNULL)
+    shared_cache = {**os.environ, "CCACHE_BASEDIR": str(folder)}  # so that what both commits have is compiled once
+    print(f"building {commit[:12]}", file=sys.stderr)
+    run(["cmake", "--preset", "release", *options], cwd=folder, capture_output=True, env=shared_cache)
+    run(["cmake", "--build", "--preset", "release", "--target", "panoptic-bench"], cwd=folder, capture_output=True, env=shared_cache)
     return folder / "build/release/panoptic-bench"
 
 
@@ -49,8 +53,33 @@ def measure(program, arguments):
         command += ["--calibration", arguments.calibration] if arguments.calibration else []
         for assignment in arguments.set:
             command += ["--set", assignment]
-        run(command, stdout=subprocess.DEVNULL)
+        run(command, capture_output=True)
         return json.loads(result.read_text(encoding="utf-8"))
+
+
+def compared(base_runs, head_runs):
+    """{stage: (base ms, head ms, change in percent, spread of the base in percent)} of the stages that both have. A stage counts
+    with its smallest median: noise of the machine only ever adds."""
+    rows = {}
+    for stage in sorted(base_runs[0]["stages"].keys() & head_runs[0]["stages"].keys()):
+        base, head = ([r["stages"][stage]["p50_ms"] for r in runs] for runs in (base_runs, head_runs))
+        least = min(base)
+        if least > 0:  # a median of nothing cannot grow
+            rows[stage] = (least, min(head), (min(head) / least - 1) * 100, statistics.pstdev(base) / least * 100)
+    return rows
+
+
+def verdict(rows, limit):
+    """Why the head fails, or nothing."""
+    growth = rows[GUARDED][2]
+    return f"{GUARDED} grew by {growth:.1f} %, more than {limit:g} %" if growth > limit else None
+
+
+def report(rows, same_map):
+    lines = [f"{'stage':<18}{'base ms':>10}{'head ms':>10}{'change':>9}{'spread':>9}"]
+    lines += [f"{stage:<18}{base:>10.3f}{head:>10.3f}{change:>+8.1f}%{spread:>8.1f}%"
+              for stage, (base, head, change, spread) in rows.items()]
+    return "\n".join(lines + ["same map" if same_map else "the maps differ"])
 
 
 def parsed_arguments():
@@ -72,27 +101,21 @@ def main():
     arguments = parsed_arguments()
     commits = {"base": revision(arguments.base), "head": revision(arguments.head)}
     programs = {side: build(commit, ROOT / "build/compare" / commit[:12]) for side, commit in commits.items()}
-    medians = {side: {} for side in commits}
-    hashes = {side: set() for side in commits}
+    runs = {side: [] for side in commits}
     for _ in range(arguments.rounds):
         for side, program in programs.items():
-            result = measure(program, arguments)
-            hashes[side].add(result["map_hash"])
-            for stage, times in result["stages"].items():
-                medians[side].setdefault(stage, []).append(times["p50_ms"])
-    print(f"{'stage':<18}{'base ms':>10}{'head ms':>10}{'change':>9}{'spread':>9}")
-    for stage in sorted(medians["base"].keys() & medians["head"].keys()):
-        base, head = min(medians["base"][stage]), min(medians["head"][stage])
-        spread = statistics.pstdev(medians["base"][stage]) / base * 100
-        print(f"{stage:<18}{base:>10.3f}{head:>10.3f}{(head / base - 1) * 100:>+8.1f}%{spread:>8.1f}%")
-    print("same map" if hashes["base"] == hashes["head"] else "the maps differ")
-    growth = (min(medians["head"][GUARDED]) / min(medians["base"][GUARDED]) - 1) * 100
-    if growth > arguments.limit:
-        sys.exit(f"bench_compare: {GUARDED} grew by {growth:.1f} %, more than {arguments.limit:g} %")
+            runs[side].append(measure(program, arguments))
+    hashes = [{r["map_hash"] for r in side} for side in runs.values()]
+    rows = compared(runs["base"], runs["head"])
+    print(report(rows, hashes[0] == hashes[1]))
+    why = verdict(rows, arguments.limit)
+    if why:
+        sys.exit(f"bench_compare: {why}")
 
 
 if __name__ == "__main__":
     try:
         main()
     except subprocess.CalledProcessError as failure:
-        sys.exit(f"bench_compare: {' '.join(failure.cmd)} failed with status {failure.returncode}; {(failure.stderr or '').strip()}")
+        last = ((failure.stderr or "") + (failure.stdout or "")).strip().splitlines()[-1:]
+        sys.exit(f"bench_compare: {' '.join(failure.cmd)} failed with status {failure.returncode}: {' '.join(last)}")

@@ -1,13 +1,15 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Open3D's two TSDF integrators and ours on the same frames of a 7-Scenes recording, in turns; prints a table of ratios.
+"""Open3D's two TSDF integrators and ours on the same frames, in turns; prints a table of ratios.
 
 Usage: open3d_tsdf.py RECORDING --bench build/release/panoptic-bench [--calibration FILE] [--frames A:B:STEP]
+                      [--truth MESH.ply --score build/release/score_surface] [--json FILE]
 
-Needs Debian's python3-open3d. Ours integrates colour and labels, theirs colour alone. Theirs take the colour image as it is,
-although the recording's cameras stand apart: that costs them no time. Times are those of integration alone, frames decoded
-beforehand, each frame with its best of all rounds; medians over frames.
+Needs Debian's python3-open3d. Ours integrates colour and labels, theirs colour alone. panoptic-bench decodes the frames for all.
+Theirs take the colour image as it is, although a recording's cameras may stand apart: that costs them no time. Times are those of
+integration alone, each frame with its best of all rounds; medians over frames. With --truth the meshes of the last round are
+scored by the metrics of `panoptic eval`.
 """
 import argparse
 import json
@@ -27,84 +29,159 @@ import open3d as o3d  # noqa: E402
 DEPTH_SCALE = 1000.0
 DEPTH_MAX_M = 8.0
 BAND_VOXELS = 4.0
-FOCAL_PX = 585.0  # of 7-Scenes' depth camera; its principal point is the middle of 640 x 480
-WIDTH, HEIGHT = 640, 480
+BLOCKS = 50000
+SEEN_ONCE = 0.0  # least weight of the voxels that enter Open3D's mesh, and its default
+SEEN_THRICE = 3.0
 
 
-def frames_of(folder, text):
-    begin, end, step = (int(part) for part in (text.split(":") + ["1"])[:3])
-    result = []
-    for i in range(begin, end, step):
-        stem = folder / f"frame-{i:06d}"
-        depth = np.asarray(o3d.io.read_image(f"{stem}.depth.png")).copy()
-        depth[depth == 65535] = 0
-        color = np.asarray(o3d.io.read_image(f"{stem}.color.jpg")).copy()
-        result.append((depth, color, np.linalg.inv(np.loadtxt(f"{stem}.pose.txt"))))
-    return result
+class Frames:
+    """What panoptic-bench --raw-frames writes: depth in millimetres, colour, and camera_from_world of each frame."""
+
+    def __init__(self, folder):
+        description = json.loads((folder / "frames.json").read_text(encoding="utf-8"))
+        self.camera = camera = description["depth_camera"]
+        color = description["color_camera"]
+        if (color["width"], color["height"]) != (camera["width"], camera["height"]):
+            raise OSError(f"{folder}: depth and colour differ in size, which Open3D does not take")
+        shape = (-1, camera["height"], camera["width"])
+        self.depth = np.fromfile(folder / "depth.u16", np.uint16).reshape(shape)
+        self.color = np.fromfile(folder / "color.rgb", np.uint8).reshape(*shape, 3)
+        self.extrinsic = [np.linalg.inv(np.reshape(pose, (4, 4))) for pose in description["world_from_camera"]]
+
+    def __len__(self):
+        return len(self.extrinsic)
+
+
+def timed(work):
+    start = time.perf_counter()
+    work()
+    return (time.perf_counter() - start) * 1e3
 
 
 def voxel_block_grid(frames, voxel_m):
-    tensor = o3d.core.Tensor
-    intrinsic = tensor([[FOCAL_PX, 0, WIDTH / 2], [0, FOCAL_PX, HEIGHT / 2], [0, 0, 1]], o3d.core.float64)
+    tensor, c = o3d.core.Tensor, frames.camera
+    intrinsic = tensor([[c["fx"], 0, c["cx"]], [0, c["fy"], c["cy"]], [0, 0, 1]], o3d.core.float64)
     grid = o3d.t.geometry.VoxelBlockGrid(("tsdf", "weight", "color"), (o3d.core.float32,) * 3, ((1), (1), (3)), voxel_m, 16,
-                                         50000, o3d.core.Device("CPU:0"))
-    images = [(o3d.t.geometry.Image(depth), o3d.t.geometry.Image(color), tensor(pose)) for depth, color, pose in frames]
+                                         BLOCKS, o3d.core.Device("CPU:0"))
+
+    def integrate(depth, color, pose):
+        blocks = grid.compute_unique_block_coordinates(depth, intrinsic, pose, DEPTH_SCALE, DEPTH_MAX_M, BAND_VOXELS)
+        grid.integrate(blocks, depth, color, intrinsic, intrinsic, pose, DEPTH_SCALE, DEPTH_MAX_M, BAND_VOXELS)
+
     times = []
-    for depth, color, extrinsic in images:
-        start = time.perf_counter()
-        blocks = grid.compute_unique_block_coordinates(depth, intrinsic, extrinsic, DEPTH_SCALE, DEPTH_MAX_M, BAND_VOXELS)
-        grid.integrate(blocks, depth, color, intrinsic, intrinsic, extrinsic, DEPTH_SCALE, DEPTH_MAX_M, BAND_VOXELS)
-        times.append((time.perf_counter() - start) * 1e3)
-    return times
+    for i in range(len(frames)):
+        depth, color = o3d.t.geometry.Image(frames.depth[i]), o3d.t.geometry.Image(frames.color[i])
+        pose = tensor(frames.extrinsic[i])
+        times.append(timed(lambda: integrate(depth, color, pose)))
+    return times, grid
 
 
 def scalable_volume(frames, voxel_m):
     volume = o3d.pipelines.integration.ScalableTSDFVolume(
         voxel_m, BAND_VOXELS * voxel_m, o3d.pipelines.integration.TSDFVolumeColorType.RGB8)
-    intrinsic = o3d.camera.PinholeCameraIntrinsic(WIDTH, HEIGHT, FOCAL_PX, FOCAL_PX, WIDTH / 2, HEIGHT / 2)
+    c = frames.camera
+    intrinsic = o3d.camera.PinholeCameraIntrinsic(c["width"], c["height"], c["fx"], c["fy"], c["cx"], c["cy"])
     times = []
-    for depth, color, extrinsic in frames:
+    for i in range(len(frames)):
         image = o3d.geometry.RGBDImage.create_from_color_and_depth(
-            o3d.geometry.Image(color), o3d.geometry.Image(depth), DEPTH_SCALE, DEPTH_MAX_M, convert_rgb_to_intensity=False)
-        start = time.perf_counter()
-        volume.integrate(image, intrinsic, extrinsic)
-        times.append((time.perf_counter() - start) * 1e3)
-    return times
+            o3d.geometry.Image(frames.color[i]), o3d.geometry.Image(frames.depth[i]), DEPTH_SCALE, DEPTH_MAX_M,
+            convert_rgb_to_intensity=False)
+        times.append(timed(lambda: volume.integrate(image, intrinsic, frames.extrinsic[i])))
+    return times, volume
 
 
-def ours(arguments, voxel_m):
-    with tempfile.TemporaryDirectory() as scratch:
-        result = pathlib.Path(scratch) / "bench.json"
-        command = [arguments.bench, arguments.recording, "--frames", arguments.frames, "--repeat", "1", "--json", result]
-        command += ["--calibration", arguments.calibration] if arguments.calibration else []
-        command += ["--set", f"map.voxel_size_m={voxel_m}"]
-        subprocess.run([str(part) for part in command], check=True, stdout=subprocess.DEVNULL)
-        return json.loads(result.read_text(encoding="utf-8"))["stages"]["integrate"]["p50_ms"]
+def bench(arguments, *more):
+    command = [arguments.bench, arguments.recording, "--frames", arguments.frames, *more]
+    command += ["--calibration", arguments.calibration] if arguments.calibration else []
+    subprocess.run([str(part) for part in command], check=True, stdout=subprocess.DEVNULL)
 
 
-def main():
+def ours(arguments, voxel_m, scratch):
+    bench(arguments, "--repeat", "1", "--json", scratch / "bench.json", "--mesh", scratch / "ours.ply", "--set", f"map.voxel_size_m={voxel_m}")
+    return json.loads((scratch / "bench.json").read_text(encoding="utf-8"))["stages"]["integrate"]["p50_ms"]
+
+
+def write_ply(path, positions, triangles):
+    faces = np.empty(len(triangles), dtype=[("count", "u1"), ("vertices", "<i4", 3)])
+    faces["count"], faces["vertices"] = 3, triangles
+    header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(positions)}\nproperty float x\nproperty float y\nproperty float z\n"
+              f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n")
+    path.write_bytes(header.encode() + np.ascontiguousarray(positions, "<f4").tobytes() + faces.tobytes())
+
+
+def score(arguments, mesh):
+    result = subprocess.run([arguments.score, mesh, arguments.truth], check=True, capture_output=True, text=True)
+    return json.loads(result.stdout)
+
+
+def surfaces(arguments, grid, volume, scratch):
+    """Scores of the three meshes. Open3D's grid has a threshold of its own for what enters the mesh: the better one counts."""
+    scores = {"ours": score(arguments, scratch / "ours.ply")}
+    meshes = {}
+    for weight in (SEEN_ONCE, SEEN_THRICE):
+        mesh = grid.extract_triangle_mesh(weight)
+        meshes[f"grid, weight over {weight:g}"] = (mesh.vertex["positions"].numpy(), mesh.triangle["indices"].numpy())
+    mesh = volume.extract_triangle_mesh()
+    meshes["volume"] = (np.asarray(mesh.vertices), np.asarray(mesh.triangles))
+    for name, (positions, triangles) in meshes.items():
+        write_ply(scratch / "theirs.ply", positions, triangles)
+        scores[name] = score(arguments, scratch / "theirs.ply")
+    return scores
+
+
+def compared(arguments, frames, voxel_m, scratch):
+    our_p50, grid_ms, volume_ms = [], [], []
+    grid = volume = None
+    for _ in range(arguments.rounds):
+        our_p50.append(ours(arguments, voxel_m, scratch))
+        grid = volume = None  # theirs of the last round goes before the next is made
+        times, grid = voxel_block_grid(frames, voxel_m)
+        grid_ms.append(times)
+        times, volume = scalable_volume(frames, voxel_m)
+        volume_ms.append(times)
+    row = {"voxel_m": voxel_m, "ours_ms": min(our_p50), "grid_ms": statistics.median(np.min(grid_ms, axis=0)),
+           "volume_ms": statistics.median(np.min(volume_ms, axis=0))}
+    row["ratio"] = min(row["grid_ms"], row["volume_ms"]) / row["ours_ms"]
+    if arguments.truth:
+        row["surface"] = surfaces(arguments, grid, volume, scratch)
+    return row
+
+
+def parsed_arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("recording", type=pathlib.Path)
+    parser.add_argument("recording")
     parser.add_argument("--bench", required=True)
     parser.add_argument("--calibration")
     parser.add_argument("--frames", default="0:500:5")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--voxels", default="0.024,0.01", help="voxel sizes in metres, default 0.024,0.01")
+    parser.add_argument("--truth", help="the true surface, a PLY mesh: the meshes are scored, too")
+    parser.add_argument("--score", help="the program score_surface, for --truth")
+    parser.add_argument("--json", type=pathlib.Path)
     arguments = parser.parse_args()
-    frames = frames_of(arguments.recording, arguments.frames)
+    if arguments.truth and not arguments.score:
+        parser.error("--truth needs --score")
+    return arguments
+
+
+def main():
+    arguments = parsed_arguments()
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = pathlib.Path(folder)
+        bench(arguments, "--raw-frames", scratch / "raw")
+        frames = Frames(scratch / "raw")
+        rows = [compared(arguments, frames, float(voxel_m), scratch) for voxel_m in arguments.voxels.split(",")]
+    result = {"open3d": o3d.__version__, "frames": len(frames), "cores": os.cpu_count(), "rows": rows}
+    if arguments.json:
+        arguments.json.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     print(f"Open3D {o3d.__version__}, {len(frames)} frames, {os.cpu_count()} cores")
-    print("| voxel | ours, with labels (ms) | VoxelBlockGrid (ms) | ScalableTSDFVolume (ms) | ratio to the faster |")
-    print("|---|---|---|---|---|")
-    for voxel_m in (0.024, 0.01):
-        our_p50, grid, volume = [], [], []
-        for _ in range(arguments.rounds):
-            our_p50.append(ours(arguments, voxel_m))
-            grid.append(voxel_block_grid(frames, voxel_m))
-            volume.append(scalable_volume(frames, voxel_m))
-        grid_ms = statistics.median(np.min(grid, axis=0))
-        volume_ms = statistics.median(np.min(volume, axis=0))
-        best = min(our_p50)
-        print(f"| {voxel_m * 100:g} cm | {best:.2f} | {grid_ms:.2f} | {volume_ms:.2f} | {min(grid_ms, volume_ms) / best:.1f} |",
-              flush=True)
+    for row in rows:
+        print(f"{row['voxel_m'] * 100:g} cm: ours, with labels {row['ours_ms']:.2f} ms, VoxelBlockGrid {row['grid_ms']:.2f} ms, "
+              f"ScalableTSDFVolume {row['volume_ms']:.2f} ms, ratio to the faster {row['ratio']:.1f}")
+        for name, scores in row.get("surface", {}).items():
+            f5, f2 = (t["f_score"] * 100 for t in scores["at"])
+            print(f"  {name}: F {f5:.2f} at 5 cm, {f2:.2f} at 2.5 cm; accuracy {scores['accuracy_m'] * 1e3:.2f} mm, "
+                  f"completion {scores['completion_m'] * 1e3:.2f} mm")
 
 
 if __name__ == "__main__":
