@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/fusion/map_division.h"
 #include "panoptic/fusion/object_views.h"
 #include "panoptic/fusion/reference_labels.h"
 #include "panoptic/predict/predictor_files.h"
@@ -12,6 +13,8 @@
 namespace panoptic {
 namespace {
 
+// Copying a submap holds mapping up, so they are no larger than this, whatever regularizer.max_blocks says.
+constexpr std::size_t kMostBlocksAtOnce = 64;
 constexpr const char* kDefaultLabels = "indoor";
 constexpr const char* kNoReading = "no depth reading between depth.min_m and depth.max_m";
 
@@ -133,7 +136,7 @@ const std::vector<PanopticId>& Session::track(const Frame& frame, const Segmenta
 void Session::count_frame(const Frame& frame) {
   up_sum_ -= frame.world_from_camera.linear().col(1);
   last_frame_ = frame.index;
-  frames_.count_used();
+  frames_.count_used({frame.time_s, frame.world_from_camera});
 }
 
 void Session::count_labels(const Segmentation& segmentation) {
@@ -165,7 +168,15 @@ void Session::regularize() {
 std::vector<std::vector<Slot>> Session::choose_submaps() {
   if (!regularizes_) return {};
   regularizer_.forget_unused(map_);
-  return regularizer_.choose(map_);
+  std::vector<std::vector<Slot>> submaps;
+  for (const std::vector<Slot>& blocks : regularizer_.choose(map_)) {
+    if (blocks.size() <= kMostBlocksAtOnce) {
+      submaps.push_back(blocks);
+    } else {
+      for (std::vector<Slot>& part : divide_map(map_, blocks, kMostBlocksAtOnce)) submaps.push_back(std::move(part));
+    }
+  }
+  return submaps;
 }
 
 void Session::write_back(SubmapChanges changes) {
