@@ -4,16 +4,24 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <new>
 #include <optional>
+#include <utility>
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
+#include "apps/viewer/server.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
+#include "panoptic/session/online.h"
+#include "panoptic/session/online_playback.h"
 #include "panoptic/session/open_dataset.h"
 #include "panoptic/session/outputs.h"
+#include "panoptic/session/publisher_loop.h"
 #include "panoptic/session/session.h"
 
 namespace panoptic {
@@ -23,61 +31,93 @@ namespace {
 struct Run {
   Predictor* predictor = nullptr;  // none: geometry and colour alone
   Session& session;
+  LatestSnapshot& latest;
   RunSummary summary;
-  std::int64_t first_used = 0;  // frame numbers, in the order of the recording
+  std::unique_ptr<LoopPublisher> publisher = nullptr;  // of an offline run that somebody looks at
+  std::int64_t first_used = 0;                         // frame numbers, in the order of the recording
   std::int64_t last_used = 0;
 };
 
-void map_frame(const Frame& frame, Run& run) {
-  Segmentation segmentation;
-  if (run.predictor != nullptr && !why_unusable(frame)) {
+void map_frame(const std::shared_ptr<const Frame>& frame, Run& run) {
+  auto segmentation = std::make_shared<Segmentation>();
+  if (run.predictor != nullptr && !why_unusable(*frame)) {
     const Stopwatch predicting;
-    segmentation = run.predictor->predict(frame);
+    *segmentation = run.predictor->predict(*frame);
     run.session.profile().add("predict", predicting.seconds());
   }
-  if (run.session.add(frame, segmentation)) return;
-  if (run.session.frames().used() == 1) run.first_used = frame.index;
-  run.last_used = frame.index;
-  if (run.predictor != nullptr && segmentation.segment_at.empty()) ++run.summary.without_prediction;
+  if (run.session.add(*frame, *segmentation)) return;
+  if (run.session.frames().used() == 1) run.first_used = frame->index;
+  run.last_used = frame->index;
+  if (run.predictor != nullptr && segmentation->segment_at.empty()) ++run.summary.without_prediction;
+  if (run.publisher) run.publisher->added(frame, std::move(segmentation));
 }
 
 // Frame after frame to the end of the range, or until it is interrupted, which run.summary then says.
 void map_frames(FrameStream& stream, Run& run, Progress& progress) {
   for (std::size_t position = 0;; ++position) {
     progress.advance(position);
+    if (run.publisher) run.publisher->at(position);
     if (interrupted()) {
       run.summary.stopped_by = "interrupted";
       return;
     }
     const Stopwatch waiting;
-    const std::optional<ReadResult> read = stream.next();
+    std::optional<ReadResult> read = stream.next();
     if (!read) return;
     run.session.profile().add("read", waiting.seconds());
     if (read->frame) {
-      map_frame(*read->frame, run);
+      map_frame(std::make_shared<const Frame>(std::move(*read->frame)), run);
     } else {
       run.session.skip(read->skipped);
     }
   }
 }
 
+// What the action throws, as text for a person; empty if it throws nothing.
+std::string failure_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::bad_alloc&) {
+    return kOutOfMemory;
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "";
+}
+
 // Returns what went wrong on the way, or nothing: what was mapped before is worth keeping, so it is not thrown.
-std::string map_recording(const Dataset& dataset, FrameRange range, Run& run) {
-  const Stopwatch stopwatch;
-  std::string failure;
+std::string map_offline(const Dataset& dataset, FrameRange range, Run& run) {
   FrameStream stream(dataset, range);
   Progress progress("frames", range.count(dataset.size()));
-  try {
+  std::string failure = failure_of([&] {
     map_frames(stream, run, progress);
     run.session.finish();
-  } catch (const std::bad_alloc&) {
-    failure = kOutOfMemory;
-  } catch (const std::exception& e) {
-    failure = e.what();
-  }
+  });
   if (!failure.empty()) run.summary.stopped_by = failure;
-  run.summary.complete = run.summary.stopped_by.empty();
-  run.summary.wall_s = stopwatch.seconds();
+  if (run.publisher) {
+    const std::string unseen = failure_of([&] { run.publisher->finish(run.summary.stopped_by); });
+    if (failure.empty()) failure = unseen;
+  }
+  return failure;
+}
+
+// The same with every stage on its own thread.
+std::string map_online(const Dataset& dataset, const Playback& playback, Run& run, const OnlineOptions& options) {
+  const std::size_t total = playback.range.count(dataset.size());
+  OnlinePipeline pipeline({run.session, run.predictor, run.latest, total}, options);
+  Progress progress("frames", total);
+  std::string failure = failure_of([&] {
+    play(dataset, playback, pipeline, [&](std::size_t done) {
+      progress.advance(done);
+      if (interrupted()) pipeline.stop("interrupted");
+    });
+  });
+  if (!failure.empty()) pipeline.stop(failure);
+  const OnlineReport report = pipeline.finish();
+  if (report.failure) failure = failure_of([&] { std::rethrow_exception(report.failure); });
+  run.summary.stopped_by = failure.empty() ? report.stopped_by : failure;
+  if (run.predictor != nullptr) run.summary.without_prediction = report.used - report.labelled;
+  run.summary.online = report;
   return failure;
 }
 
@@ -92,9 +132,9 @@ void write_map(const std::string& output, const Run& run, const Options& options
 }
 
 void print_stages(const Profile& profile) {
-  fmt::print("\n{:<12}{:>8}{:>10}{:>10}{:>10}{:>10}\n", "stage", "count", "mean ms", "p50 ms", "p95 ms", "max ms");
+  fmt::print("\n{:<18}{:>8}{:>10}{:>10}{:>10}{:>10}\n", "stage", "count", "mean ms", "p50 ms", "p95 ms", "max ms");
   for (const auto& [name, h] : profile.stages()) {
-    fmt::print("{:<12}{:>8}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, h.count(), h.mean_ms(), h.percentile_ms(0.5),
+    fmt::print("{:<18}{:>8}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, h.count(), h.mean_ms(), h.percentile_ms(0.5),
                h.percentile_ms(0.95), h.max_ms());
   }
 }
@@ -103,6 +143,15 @@ void print_frames(const FrameLog& frames, std::uint64_t without_prediction) {
   fmt::print("\n{} frames used, {} skipped\n", frames.used(), frames.skipped());
   if (without_prediction > 0) fmt::print("{} of the frames used had no prediction\n", without_prediction);
   for (const auto& [reason, count] : frames.skipped_by_reason()) fmt::print("  {} x {}\n", count, reason);
+}
+
+void print_online(const OnlineReport& o) {
+  fmt::print("\nonline    geometry {:.1f} Hz, labels {:.1f} Hz\n", o.geometry_hz, o.label_hz);
+  fmt::print("{} read = {} used + {} skipped + {} dropped + {} lost; {} of those used were labelled, {} passed over\n", o.read,
+             o.used, o.skipped, o.dropped, o.lost, o.labelled, o.passed_over);
+  for (const auto& [name, h] : o.latency.stages()) {
+    fmt::print("read to {:<10} p50 {:.0f} ms, p95 {:.0f} ms\n", name, h.percentile_ms(0.5), h.percentile_ms(0.95));
+  }
 }
 
 std::string predictor_text(const Options& options) {
@@ -115,6 +164,7 @@ void print_closing(const Run& run, const std::string& output) {
   const Session& session = run.session;
   print_stages(session.profile());
   print_frames(session.frames(), run.summary.without_prediction);
+  if (run.summary.online) print_online(*run.summary.online);
   fmt::print("{} blocks, {:.0f} MB map, peak {:.0f} MB\n", session.map().block_count(),
              static_cast<double>(session.map().memory_bytes()) / 1e6, peak_rss_mb());
   fmt::print("\nlook at   {0}/views/*.png, {0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output);
@@ -132,12 +182,27 @@ void require_use(const Run& run, const Arguments& arguments) {
     throw Error(fmt::format("{}: no frame was usable; {}/report.json lists why, panoptic doctor looks closer", arguments.dataset,
                             arguments.output));
   }
+  if (run.summary.without_prediction == used && run.summary.online) {
+    throw Error(
+        fmt::format("{}: no prediction matched a frame (the map in {} has no labels)", run.summary.predictor, arguments.output));
+  }
   if (run.summary.without_prediction == used) {
     throw Error(
         fmt::format("{}: no prediction matched a frame; the {} frames used are numbered {} to {}, and a prediction must "
                     "have the number of its frame (the map in {} has no labels)",
                     run.summary.predictor, used, run.first_used, run.last_used, arguments.output));
   }
+}
+
+// Networks that run beside everything else get half of the threads each, unless the user chose.
+Options with_shared_threads(Options options) {
+  if (options.networks.threads == 0) options.networks.threads = std::max(1, thread_count() / 2);
+  return options;
+}
+
+std::string title_of(const std::string& recording) {
+  const std::filesystem::path path = std::filesystem::path(recording).lexically_normal();
+  return path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
 }
 
 }  // namespace
@@ -163,19 +228,31 @@ int run(const Arguments& arguments) {
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
   const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
-  const auto predictor = make_predictor(options);
+  const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options);
   Session session(options, labels_of(options, predictor.get()));
+  LatestSnapshot latest;
+  std::unique_ptr<ViewerServer> viewer;
+  if (arguments.view) {
+    viewer = std::make_unique<ViewerServer>(viewer_options_from(arguments),
+                                            scene_of(session, title_of(arguments.dataset), dataset->description()), latest);
+  }
   watch_for_interrupt();
   fmt::print("{}\nlabels    {}\n", dataset->description(),
              predictor ? predictor_text(options) : "none: mapping geometry and colour");
+  if (viewer) fmt::print("look at   {}\n", viewer->url());
   std::fflush(stdout);
 
-  Run run{predictor.get(), session, {}};
+  Run run{predictor.get(), session, latest, {}};
   run.summary.dataset = dataset->description();
   run.summary.recording = absolute_recording(arguments.dataset);
   if (!arguments.calibration.empty()) run.summary.calibration = std::filesystem::absolute(arguments.calibration).string();
   run.summary.predictor = predictor_text(options);
-  const std::string failure = map_recording(*dataset, range, run);
+  if (viewer) run.publisher = std::make_unique<LoopPublisher>(session, latest, range.count(dataset->size()));
+  const Stopwatch stopwatch;
+  const std::string failure = arguments.online ? map_online(*dataset, {range, arguments.speed.value_or(1)}, run, options.online)
+                                               : map_offline(*dataset, range, run);
+  run.summary.complete = run.summary.stopped_by.empty();
+  run.summary.wall_s = stopwatch.seconds();
   write_map(arguments.output, run, options, failure);
   print_closing(run, arguments.output);
   if (!failure.empty()) throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", failure, arguments.output));
