@@ -125,6 +125,28 @@ std::vector<CopyTimes> by_copy(const std::vector<double>& fusion_ms, const std::
   return copies;
 }
 
+FrameWork work_of(const BenchFrames& recording, const BenchSettings& settings) {
+  constexpr std::size_t kSamples = 10;
+  FrameWork work;
+  const std::size_t samples = std::min(kSamples, recording.frames.size());
+  for (std::size_t s = 0; s < samples; ++s) {
+    const BenchFrame& f = recording.frames[recording.frames.size() * s / samples];
+    Session session(settings.options, recording.labels);
+    session.add(f.frame, f.segmentation);
+    std::size_t band = 0;
+    for (Slot slot = 0; slot < session.map().block_count(); ++slot) {
+      const auto& weight = session.map().block(slot).weight;
+      band += static_cast<std::size_t>(std::count_if(weight.begin(), weight.end(), [](float w) { return w > 0; }));
+    }
+    const double share = 1.0 / static_cast<double>(samples);
+    work.pixels += share * static_cast<double>(f.frame.depth.size());
+    work.color_pixels += share * static_cast<double>(f.frame.color.size());
+    work.touched_voxels += share * static_cast<double>(session.map().block_count()) * kBlockVoxels;
+    work.band_voxels += share * static_cast<double>(band);
+  }
+  return work;
+}
+
 }  // namespace
 
 BenchResult run_bench(const BenchFrames& recording, const BenchSettings& settings) {
@@ -143,6 +165,7 @@ BenchResult run_bench(const BenchFrames& recording, const BenchSettings& setting
   }
   result.frames = result.stages["fusion"].size();
   result.copies = by_copy(result.stages["fusion"], blocks);
+  result.work = work_of(recording, settings);
   for (const BenchFrame& f : recording.frames) {
     result.segments_mean += static_cast<double>(f.segmentation.segments.size()) / static_cast<double>(recording.frames.size());
   }

@@ -35,10 +35,19 @@ struct CopyTimes {
   std::size_t map_blocks = 0;
 };
 
+// What a frame has to be done on: means over ten frames, each mapped alone.
+struct FrameWork {
+  double pixels = 0;
+  double color_pixels = 0;
+  double touched_voxels = 0;  // of blocks near the surface
+  double band_voxels = 0;     // of those, the ones that the frame updates
+};
+
 struct BenchResult {
   StageTimes stages;  // the session's stages; mesh_incremental, mesh_full; fusion_cpu: time on all threads together
   std::vector<double> repeat_p50_ms;  // the stage "fusion" alone, as each repeat had it
   std::vector<CopyTimes> copies;      // more than one if more were asked for
+  FrameWork work;
   std::size_t frames = 0;
   double segments_mean = 0;
   std::size_t blocks = 0;
