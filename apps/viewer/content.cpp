@@ -68,11 +68,15 @@ ViewerContent::ViewerContent(SnapshotScene scene, const LatestSnapshot& latest)
     : scene_(std::move(scene)), latest_(latest), run_(fresh_run_name()), chunks_(scene_.block_size_m, kMaxCacheBytes) {}
 
 Answer ViewerContent::answer(const std::string& path, const Query& query) {
+  if (path == "/api/scene.glb") return glb();
+  return maker_.make([&] { return made(path, query); });
+}
+
+Answer ViewerContent::made(const std::string& path, const Query& query) {
   if (path == "/api/state") return state(query);
   if (path == "/api/chunks") return chunks(query);
   if (path == "/api/objects") return objects(query);
   if (path == "/api/scene") return with(kJson, scene_message(scene_, run_));
-  if (path == "/api/scene.glb") return glb(query);
   const auto newest = latest_.newest();
   if (path == "/api/frame.jpg") return picture("image/jpeg", pictures_.frame_jpeg(newest->frame));
   if (path == "/api/labelled.jpg") return picture("image/jpeg", pictures_.labelled_jpeg(newest->frame));
@@ -120,14 +124,21 @@ Answer ViewerContent::chunks(const Query& query) {
   return with("application/octet-stream", join_chunks(found));
 }
 
-Answer ViewerContent::glb(const Query&) {
-  const std::unique_lock lock(glb_mutex_, std::try_to_lock);
-  if (!lock.owns_lock()) return said(503, "another download of the scene is being made; try again");
-  const auto newest = surface();
-  Answer answer =
-      with("model/gltf-binary", glb_bytes(newest->assemble(scene_.labels), scene_.labels, newest->snapshot().up.cast<double>()));
-  answer.download_name = "scene.glb";
-  return answer;
+Answer ViewerContent::glb() {
+  if (is_making_glb_.exchange(true)) return said(503, "another download of the scene is being made; try again");
+  try {
+    Answer answer = glb_maker_.make([this] {
+      const auto newest = surface();
+      const Vec3d up = newest->snapshot().up.cast<double>();
+      return with("model/gltf-binary", glb_bytes(newest->assemble(scene_.labels), scene_.labels, up));
+    });
+    answer.download_name = "scene.glb";
+    is_making_glb_ = false;
+    return answer;
+  } catch (...) {
+    is_making_glb_ = false;
+    throw;
+  }
 }
 
 }  // namespace panoptic

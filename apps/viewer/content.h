@@ -4,6 +4,7 @@
 // What the viewer answers to which path, without the network: a fixed table of names, no file system behind it.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "apps/viewer/encode.h"
+#include "apps/viewer/maker.h"
 #include "apps/viewer/pictures.h"
 #include "panoptic/session/snapshot.h"
 
@@ -35,6 +37,7 @@ class ViewerContent {
   ViewerContent(SnapshotScene scene, const LatestSnapshot& latest);
 
   // The answer to a path below /api; status 404 for every other path, 400 for a query that is not as documented.
+  // Answers are made one after the other on a thread of its own.
   Answer answer(const std::string& path, const Query& query);
 
   // What the event stream says of a snapshot.
@@ -46,11 +49,12 @@ class ViewerContent {
   std::uint64_t encodings() const { return chunks_.encodings(); }
 
  private:
+  Answer made(const std::string& path, const Query& query);
   std::shared_ptr<const SnapshotSurface> surface();
   Answer state(const Query& query);
   Answer objects(const Query& query);
   Answer chunks(const Query& query);
-  Answer glb(const Query& query);
+  Answer glb();
 
   SnapshotScene scene_;
   const LatestSnapshot& latest_;
@@ -59,7 +63,9 @@ class ViewerContent {
   FramePictures pictures_;
   std::mutex surface_mutex_;
   std::shared_ptr<const SnapshotSurface> surface_;  // of the newest snapshot that somebody asked for
-  std::mutex glb_mutex_;                            // one at a time: it takes memory
+  std::atomic<bool> is_making_glb_ = false;         // one at a time: it takes memory
+  Maker glb_maker_;                                 // and time, so the others do not wait for it
+  Maker maker_;
 };
 
 }  // namespace panoptic

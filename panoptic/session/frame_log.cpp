@@ -4,6 +4,18 @@
 
 namespace panoptic {
 
+void FrameLog::count_used(const TimedPose& pose) {
+  if (used_ % pose_every_ == 0) {
+    if (trajectory_.size() == kMaxPoses) {
+      for (std::size_t i = 0; 2 * i < kMaxPoses; ++i) trajectory_[i] = trajectory_[2 * i];
+      trajectory_.resize(kMaxPoses / 2);
+      pose_every_ *= 2;
+    }
+    trajectory_.push_back(pose);
+  }
+  ++used_;
+}
+
 void FrameLog::count_skipped(const SkippedFrame& frame) {
   ++skipped_;
   ++by_reason_[frame.reason.substr(0, frame.reason.find(':'))];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which frames were used and which not, in bounded memory.
+// Which frames were used, from where, and which not, in bounded memory.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,23 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/base/geometry.h"
 #include "panoptic/io/dataset.h"
 
 namespace panoptic {
+
+struct TimedPose {
+  double time_s = 0;
+  Pose world_from_camera = Pose::Identity();  // the depth camera
+};
 
 class FrameLog {
  public:
   static constexpr std::size_t kMaxListed = 1000;
 
-  void count_used() { ++used_; }
+  static constexpr std::size_t kMaxPoses = 20000;
+
+  void count_used(const TimedPose& pose);
   // Reasons are counted by their text up to the first ':' (what follows names the file).
   void count_skipped(const SkippedFrame& frame);
 
@@ -25,9 +33,13 @@ class FrameLog {
   std::uint64_t skipped() const { return skipped_; }
   const std::map<std::string, std::uint64_t>& skipped_by_reason() const { return by_reason_; }
   const std::vector<SkippedFrame>& first_skipped() const { return first_; }  // at most kMaxListed
+  // Of the used frames, in their order: of all of them, of every second, every fourth ... as kMaxPoses allows.
+  const std::vector<TimedPose>& trajectory() const { return trajectory_; }
 
  private:
   std::uint64_t used_ = 0;
+  std::uint64_t pose_every_ = 1;
+  std::vector<TimedPose> trajectory_;
   std::uint64_t skipped_ = 0;
   std::map<std::string, std::uint64_t> by_reason_;
   std::vector<SkippedFrame> first_;

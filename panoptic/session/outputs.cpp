@@ -163,6 +163,18 @@ Json to_json(const Object& object, const ObjectShape& shape, const Session& sess
           {"history", history_json(object, class_id, session.labels())}};
 }
 
+// The form of the TUM RGB-D benchmark.
+std::string trajectory_text(const std::vector<TimedPose>& trajectory) {
+  std::string text = "# time_s x_m y_m z_m qx qy qz qw (world from depth camera)\n";
+  for (const TimedPose& pose : trajectory) {
+    const Vec3d t = pose.world_from_camera.translation();
+    const Eigen::Quaterniond q(pose.world_from_camera.linear());
+    text += fmt::format("{:.6f} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", pose.time_s, t.x(), t.y(), t.z(), q.x(),
+                        q.y(), q.z(), q.w());
+  }
+  return text;
+}
+
 }  // namespace
 
 Json objects_json(const Session& session, const Mesh& mesh) {
@@ -209,6 +221,7 @@ void write_outputs(const std::filesystem::path& folder, Session& session, const 
   write_json_file(folder / "objects.json", objects_json(session, mesh));
   Options copy = options;
   write_file(folder / "options.toml", to_toml(fields(copy)));
+  write_file(folder / "trajectory.txt", trajectory_text(session.frames().trajectory()));
   write_glb(folder / "scene.glb", mesh, session.labels(), session.up());
   write_views(folder / "views", mesh, session.up(), session.labels());
   write_json_file(folder / "report.json", report_json(session, options, run, mesh));

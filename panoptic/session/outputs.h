@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a run leaves on disk: mesh.ply, scene.glb, views/*.png, objects.json, report.json, options.toml (docs/outputs.md).
+// What a run leaves on disk: mesh.ply, scene.glb, views/*.png, objects.json, trajectory.txt, report.json, options.toml
+// (docs/outputs.md).
 #pragma once
 
 #include <cstdint>

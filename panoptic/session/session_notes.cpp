@@ -150,7 +150,7 @@ SessionState session_state(const SavedMap& saved, const std::vector<FrameRecord>
   state.regularizer.handled = epochs_from(state_bytes(saved, kRegularized), saved.map);
   for (const FrameRecord& frame : frames) {
     if (frame.unused_because.empty()) {
-      state.frames.count_used();
+      state.frames.count_used({frame.time_s, frame.world_from_camera.value_or(Pose::Identity())});
     } else {
       state.frames.count_skipped({frame.frame, frame.unused_because});
     }
