@@ -100,6 +100,41 @@ void add_viewer(CLI::App& app, Arguments& a) {
   app.add_option("--token", a.token, "what browsers must show: 8 to 128 characters of A-Z a-z 0-9 - . _ ~");
 }
 
+void add_map_file(CLI::App& run, Arguments& a) {
+  constexpr double kLongest_s = 1e6;
+  CLI::Option* map = run.add_option("--map", a.map, "map file to save to, every few seconds and at the end; must not exist");
+  run.add_flag("--resume", a.resume, "go on from the map file, if it exists")->needs(map);
+  run.add_option("--checkpoint-every", a.checkpoint_every_s, "seconds from one save to the next, default 5")
+      ->check(CLI::Range(0.0, kLongest_s))
+      ->needs(map);
+}
+
+CLI::App* add_map_command(CLI::App& app, const char* name, const char* help, Arguments& a) {
+  CLI::App* command = app.add_subcommand(name, help);
+  command->add_option("map", a.map, "map file, as run --map writes it")->required();
+  add_threads(*command, a);
+  return command;
+}
+
+void add_map_commands(CLI::App& app, Arguments& a) {
+  CLI::App* info = add_map_command(app, "info", "what a map file holds", a);
+  info->add_flag("--json", a.as_json, "as JSON");
+
+  CLI::App* mesh = add_map_command(app, "mesh", "write the surface of a map file", a);
+  mesh->add_option("-o,--output", a.output, "file that ends in .ply or .glb")->required();
+
+  CLI::App* query = add_map_command(app, "query", "ask a map file where things are; without a question: all objects", a);
+  query->add_option("--class", a.query_class, "objects of this class");
+  query->add_option("--box", a.query_box, "objects in this box: x0,y0,z0,x1,y1,z1 in metres");
+  query->add_option("--nearest", a.query_nearest, "the five objects nearest to x,y,z");
+  query->add_option("--at", a.query_at, "what is at x,y,z");
+  query->add_flag("--json", a.as_json, "as JSON");
+  query->footer("Write --at=-1,2,3 where the first number is negative.");
+
+  CLI::App* regularize = add_map_command(app, "regularize", "regularize the labels of a map file anew, in place", a);
+  regularize->add_option("--set", a.settings, "one option, regularizer.key=value; may be repeated");
+}
+
 void add_live(CLI::App& run, Arguments& a) {
   CLI::Option* online =
       run.add_flag("--online", a.online, "map as with a camera: labels when they are ready, frames dropped when behind");
@@ -128,6 +163,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_networks(*run, a);
   run->add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
   run->add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
+  add_map_file(*run, a);
   add_live(*run, a);
   run->footer("Without networks and predictions, geometry and colour are mapped.");
 
@@ -140,6 +176,8 @@ Arguments parse_arguments(int argc, char** argv) {
   add_recording(*doctor, a);
 
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
+
+  add_map_commands(app, a);
 
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
 

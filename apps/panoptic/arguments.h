@@ -42,6 +42,9 @@ struct Arguments {
   bool online = false;
   std::optional<double> speed;  // 0 = as fast as possible
   bool view = false;
+  std::string map;  // map file: to keep up to date, or to look at
+  bool resume = false;
+  std::optional<double> checkpoint_every_s;
   // simulate
   std::optional<std::string> seed;
   std::optional<int> rooms;
@@ -65,6 +68,12 @@ struct Arguments {
   std::string bind;    // empty = loopback
   std::optional<std::uint16_t> port;
   std::string token;
+  // query, info
+  std::string query_class;
+  std::string query_box;
+  std::string query_nearest;
+  std::string query_at;
+  bool as_json = false;
   // benchmark
   bool quick = false;
   std::string group;

@@ -16,6 +16,10 @@ int explain(const Arguments& arguments);
 int simulate(const Arguments& arguments);
 int benchmark(const Arguments& arguments);
 int view(const Arguments& arguments);
+int map_info(const Arguments& arguments);
+int map_mesh(const Arguments& arguments);
+int map_query(const Arguments& arguments);
+int map_regularize(const Arguments& arguments);
 
 // What to say where std::bad_alloc ends.
 constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";

@@ -19,6 +19,10 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "simulate") return panoptic::simulate(arguments);
   if (arguments.command == "benchmark") return panoptic::benchmark(arguments);
   if (arguments.command == "view") return panoptic::view(arguments);
+  if (arguments.command == "info") return panoptic::map_info(arguments);
+  if (arguments.command == "mesh") return panoptic::map_mesh(arguments);
+  if (arguments.command == "query") return panoptic::map_query(arguments);
+  if (arguments.command == "regularize") return panoptic::map_regularize(arguments);
   if (arguments.command == "options") {
     panoptic::Options options;
     fmt::print("{}", panoptic::describe(panoptic::fields(options)));

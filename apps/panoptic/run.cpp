@@ -17,6 +17,7 @@
 #include "apps/viewer/server.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
+#include "panoptic/session/checkpoint.h"
 #include "panoptic/session/online.h"
 #include "panoptic/session/online_playback.h"
 #include "panoptic/session/open_dataset.h"
@@ -34,9 +35,16 @@ struct Run {
   LatestSnapshot& latest;
   RunSummary summary;
   std::unique_ptr<LoopPublisher> publisher = nullptr;  // of an offline run that somebody looks at
+  std::unique_ptr<Checkpoints> checkpoints = nullptr;  // of a run that a map file is kept of
   std::int64_t first_used = 0;                         // frame numbers, in the order of the recording
   std::int64_t last_used = 0;
 };
+
+FrameRecord record_of(const Frame& frame, bool labelled, const std::optional<std::string>& refused) {
+  FrameRecord record{.frame = frame.index, .time_s = frame.time_s, .labelled = labelled, .unused_because = refused.value_or("")};
+  if (is_finite(frame.world_from_camera)) record.world_from_camera = frame.world_from_camera;
+  return record;
+}
 
 void map_frame(const std::shared_ptr<const Frame>& frame, Run& run) {
   auto segmentation = std::make_shared<Segmentation>();
@@ -45,7 +53,9 @@ void map_frame(const std::shared_ptr<const Frame>& frame, Run& run) {
     *segmentation = run.predictor->predict(*frame);
     run.session.profile().add("predict", predicting.seconds());
   }
-  if (run.session.add(*frame, *segmentation)) return;
+  const std::optional<std::string> refused = run.session.add(*frame, *segmentation);
+  if (run.checkpoints) run.checkpoints->note(record_of(*frame, !segmentation->segment_at.empty(), refused));
+  if (refused) return;
   if (run.session.frames().used() == 1) run.first_used = frame->index;
   run.last_used = frame->index;
   if (run.predictor != nullptr && segmentation->segment_at.empty()) ++run.summary.without_prediction;
@@ -54,7 +64,7 @@ void map_frame(const std::shared_ptr<const Frame>& frame, Run& run) {
 
 // Frame after frame to the end of the range, or until it is interrupted, which run.summary then says.
 void map_frames(FrameStream& stream, Run& run, Progress& progress) {
-  for (std::size_t position = 0;; ++position) {
+  for (std::size_t position = run.checkpoints ? run.checkpoints->positions() : 0;; ++position) {
     progress.advance(position);
     if (run.publisher) run.publisher->at(position);
     if (interrupted()) {
@@ -69,8 +79,26 @@ void map_frames(FrameStream& stream, Run& run, Progress& progress) {
       map_frame(std::make_shared<const Frame>(std::move(*read->frame)), run);
     } else {
       run.session.skip(read->skipped);
+      if (run.checkpoints) run.checkpoints->note({.frame = read->skipped.index, .unused_because = read->skipped.reason});
     }
+    if (run.checkpoints) run.checkpoints->after_frame(run.session);
   }
+}
+
+// What went before the run was resumed counts as if it had been now.
+void count_resumed(Run& run) {
+  for (const FrameRecord& frame : run.checkpoints->resumed_frames()) {
+    if (!frame.unused_because.empty()) continue;
+    if (run.last_used == 0) run.first_used = frame.frame;
+    run.last_used = frame.frame;
+    if (run.predictor != nullptr && !frame.labelled) ++run.summary.without_prediction;
+  }
+}
+
+// The part of the range that is not in the map yet.
+FrameRange rest_of(FrameRange range, std::uint64_t done) {
+  range.begin += done * range.step;
+  return range;
 }
 
 // What the action throws, as text for a person; empty if it throws nothing.
@@ -87,11 +115,15 @@ std::string failure_of(const std::function<void()>& action) {
 
 // Returns what went wrong on the way, or nothing: what was mapped before is worth keeping, so it is not thrown.
 std::string map_offline(const Dataset& dataset, FrameRange range, Run& run) {
-  FrameStream stream(dataset, range);
+  if (run.checkpoints && run.checkpoints->was_complete()) return "";
+  FrameStream stream(dataset, run.checkpoints ? rest_of(range, run.checkpoints->positions()) : range);
   Progress progress("frames", range.count(dataset.size()));
   std::string failure = failure_of([&] {
     map_frames(stream, run, progress);
+    // What finish does waits until the recording is through: an interrupted map must be as it was between two frames.
+    if (run.checkpoints && !run.summary.stopped_by.empty()) run.checkpoints->finish(run.session, false);
     run.session.finish();
+    if (run.checkpoints && run.summary.stopped_by.empty()) run.checkpoints->finish(run.session, true);
   });
   if (!failure.empty()) run.summary.stopped_by = failure;
   if (run.publisher) {
@@ -175,6 +207,21 @@ std::string absolute_recording(const std::string& recording) {
   return recording.starts_with("sim:") ? recording : std::filesystem::absolute(recording).lexically_normal().string();
 }
 
+void keep_map_file(const Arguments& arguments, const Options& options, Run& run) {
+  CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
+  settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
+  settings.warn = [](const std::string& what) { fmt::print(stderr, "\n{}\n", what); };
+  const RunIdentity identity{run.summary.recording, run.summary.calibration, arguments.frames, options};
+  run.checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, run.session);
+  count_resumed(run);
+  if (run.checkpoints->was_complete()) {
+    fmt::print("map       {} is complete: nothing is left to map\n", arguments.map);
+  } else if (run.checkpoints->positions() > 0) {
+    fmt::print("map       {}, from frame {} on\n", arguments.map, run.checkpoints->positions());
+  }
+  std::fflush(stdout);
+}
+
 // A run that went through and still gave nothing of what was asked for.
 void require_use(const Run& run, const Arguments& arguments) {
   const std::uint64_t used = run.session.frames().used();
@@ -223,6 +270,7 @@ FrameRange frame_range_from(const Arguments& arguments) {
 }
 
 int run(const Arguments& arguments) {
+  if (arguments.online && !arguments.map.empty()) throw UsageError("--map is for runs without --online");
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
   set_thread_count(arguments.threads);
@@ -247,6 +295,7 @@ int run(const Arguments& arguments) {
   run.summary.recording = absolute_recording(arguments.dataset);
   if (!arguments.calibration.empty()) run.summary.calibration = std::filesystem::absolute(arguments.calibration).string();
   run.summary.predictor = predictor_text(options);
+  if (!arguments.map.empty()) keep_map_file(arguments, options, run);
   if (viewer) run.publisher = std::make_unique<LoopPublisher>(session, latest, range.count(dataset->size()));
   const Stopwatch stopwatch;
   const std::string failure = arguments.online ? map_online(*dataset, {range, arguments.speed.value_or(1)}, run, options.online)

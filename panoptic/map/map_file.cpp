@@ -250,6 +250,11 @@ MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects) {
 
 void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update) {
   const std::filesystem::path partial = path.parent_path() / fmt::format(".{}.{}.new", path.filename().string(), ::getpid());
+  std::error_code ignored;
+  if (std::filesystem::exists(path.string() + "-wal", ignored)) {
+    throw Error(fmt::format("{} is being written, or was when its run ended early: finish that run, or choose another name",
+                            path.string()));
+  }
   remove_database(partial);
   try {
     MapFileWriter writer = MapFileWriter::create(partial, header);

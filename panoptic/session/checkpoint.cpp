@@ -205,11 +205,12 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Session& session, 
 
 // The pending checkpoint is through: in the file, or to be tried again, which writing_ tells by throwing.
 void Checkpoints::collect() {
+  if (is_writing()) writing_.wait();
   const std::unique_ptr<Pending> done = std::move(pending_);
   spare_ = std::move(done->blocks);
   since_last_ = Stopwatch();
   try {
-    if (writing_.valid()) writing_.get();
+    if (is_writing()) writing_.get();
     saved_epoch_ = done->update.epoch;
   } catch (...) {
     frames_.insert(frames_.begin(), std::make_move_iterator(done->update.frames.begin()),

@@ -78,7 +78,7 @@ std::vector<std::vector<OverruledVote>> overruled_from(const Bytes& bytes, const
   ByteReader reader(bytes);
   while (reader.left() > 0) {
     const auto count = reader.take<std::uint16_t>();
-    if (count > kBlockVoxels || votes.size() == saved.map.block_count()) refuse(kOverruled);
+    if (reader.is_short() || count > kBlockVoxels || votes.size() == saved.map.block_count()) refuse(kOverruled);
     std::vector<OverruledVote>& of_block = votes.emplace_back();
     for (std::size_t i = 0; i < count; ++i) {
       const OverruledVote vote = take_vote(reader);

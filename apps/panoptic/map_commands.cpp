@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// info, mesh, query and regularize: what can be done with a map file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/panoptic/commands.h"
+#include "panoptic/base/json.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/base/profile.h"
+#include "panoptic/io/glb.h"
+#include "panoptic/io/mesh_io.h"
+#include "panoptic/map/map_file.h"
+#include "panoptic/session/checkpoint.h"
+#include "panoptic/session/map_query.h"
+#include "panoptic/session/session_notes.h"
+
+namespace panoptic {
+namespace {
+
+std::string note(const SavedMap& saved, const char* name) {
+  const auto found = saved.notes.texts.find(name);
+  return found == saved.notes.texts.end() ? "" : found->second;
+}
+
+Json to_json(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json to_json(const FoundObject& o, const LabelSet& labels) {
+  return {{"id", number(o.id)},
+          {"class", labels.name_of(o.class_id)},
+          {"probability", o.probability},
+          {"center_m", to_json(o.box.center_m)},
+          {"box", {{"min_m", to_json(o.box.min_m)}, {"max_m", to_json(o.box.max_m)}}},
+          {"voxels", o.voxels},
+          {"observations", o.observations},
+          {"first_frame", o.first_frame},
+          {"last_frame", o.last_frame}};
+}
+
+std::string line_of(const FoundObject& o, const LabelSet& labels) {
+  const Vec3d c = o.box.center_m;
+  const Vec3d size = o.box.max_m - o.box.min_m;
+  return fmt::format("{:>6}  {:<16} at {:7.2f} {:7.2f} {:7.2f}  size {:5.2f} {:5.2f} {:5.2f} m  seen {} times", number(o.id),
+                     labels.name_of(o.class_id), c.x(), c.y(), c.z(), size.x(), size.y(), size.z(), o.observations);
+}
+
+// "1,2.5,-3": so many finite numbers. Throws UsageError.
+std::vector<double> numbers_from(const std::string& text, std::size_t count, const char* flag) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (at < end) {
+    double value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) break;
+    numbers.push_back(value);
+    at = next == end ? next : next + 1;
+    if (next + 1 == end) break;  // a comma at the end
+  }
+  if (at == end && numbers.size() == count) return numbers;
+  throw UsageError(fmt::format("{} takes {} numbers with commas between them, not '{}'", flag, count, text));
+}
+
+Vec3d point_from(const std::string& text, const char* flag) {
+  const std::vector<double> n = numbers_from(text, 3, flag);
+  return {n[0], n[1], n[2]};
+}
+
+struct Answer {
+  Json json;
+  std::string text;
+};
+
+Answer list_answer(const std::vector<FoundObject>& objects, const LabelSet& labels) {
+  Answer answer{Json::array(), ""};
+  for (const FoundObject& o : objects) {
+    answer.json.push_back(to_json(o, labels));
+    answer.text += line_of(o, labels) + "\n";
+  }
+  if (objects.empty()) answer.text = "none\n";
+  return answer;
+}
+
+Answer nearest_answer(const std::vector<NearObject>& near, const LabelSet& labels) {
+  Answer answer{Json::array(), ""};
+  for (const NearObject& n : near) {
+    answer.json.push_back(to_json(n.object, labels));
+    answer.json.back()["distance_m"] = n.distance_m;
+    answer.text += fmt::format("{:8.3f} m  {}\n", n.distance_m, line_of(n.object, labels));
+  }
+  if (near.empty()) answer.text = "none\n";
+  return answer;
+}
+
+Answer point_answer(const std::optional<PointAnswer>& at, const LabelSet& labels) {
+  if (!at) return {nullptr, "nothing was observed there\n"};
+  return {{{"id", number(at->id)},
+           {"class", labels.name_of(at->class_id)},
+           {"distance_m", at->distance_m},
+           {"weight", at->weight},
+           {"label_share", at->label_share}},
+          fmt::format("{} (id {}), {:.3f} m from the surface, weight {:.2f}, {:.0f} % sure of the label\n",
+                      labels.name_of(at->class_id), number(at->id), at->distance_m, at->weight, 100 * at->label_share)};
+}
+
+Answer answer_to(const Arguments& a, const MapQuery& query, const LabelSet& labels) {
+  constexpr std::size_t kNearest = 5;
+  if (!a.query_class.empty()) return list_answer(query.of_class(a.query_class), labels);
+  if (!a.query_nearest.empty()) return nearest_answer(query.nearest(point_from(a.query_nearest, "--nearest"), kNearest), labels);
+  if (!a.query_at.empty()) return point_answer(query.at(point_from(a.query_at, "--at")), labels);
+  if (a.query_box.empty()) return list_answer(query.objects(), labels);
+  const std::vector<double> n = numbers_from(a.query_box, 6, "--box");
+  const Vec3d one(n[0], n[1], n[2]);
+  const Vec3d other(n[3], n[4], n[5]);
+  return list_answer(query.in_box(one.cwiseMin(other), one.cwiseMax(other)), labels);
+}
+
+// The box around all blocks, in metres.
+ExtentBox bounds_of(const VoxelMap& map) {
+  ExtentBox box{Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero()};
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    const BlockIndex i = map.index_of(slot);
+    const Vec3d low = Vec3d(i.x, i.y, i.z) * double{map.block_size_m()};
+    const Vec3d high = low + Vec3d::Constant(double{map.block_size_m()});
+    box.min_m = slot == 0 ? low : Vec3d(box.min_m.cwiseMin(low));
+    box.max_m = slot == 0 ? high : Vec3d(box.max_m.cwiseMax(high));
+  }
+  return box;
+}
+
+std::uint64_t observed_voxels(const VoxelMap& map) {
+  std::uint64_t observed = 0;
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    for (const float weight : map.block(slot).weight) observed += weight > 0 ? 1 : 0;
+  }
+  return observed;
+}
+
+Json info_json(const std::string& path, const SavedMap& saved, const std::vector<FrameRecord>& frames) {
+  const MapQuery query(saved.map, saved.objects, saved.header.labels);
+  std::map<std::string, std::uint64_t> by_class;
+  for (const FoundObject& o : query.objects()) ++by_class[std::string(saved.header.labels.name_of(o.class_id))];
+  const auto used = std::count_if(frames.begin(), frames.end(), [](const FrameRecord& f) { return f.unused_because.empty(); });
+  const ExtentBox box = bounds_of(saved.map);
+  const std::uint64_t observed = observed_voxels(saved.map);
+  const auto bytes = std::filesystem::file_size(path);
+  return {{"file", path},
+          {"program", note(saved, "program")},
+          {"recording", note(saved, "recording")},
+          {"complete", is_complete(saved)},
+          {"frames", {{"read", frames.size()}, {"used", used}, {"skipped", static_cast<std::int64_t>(frames.size()) - used}}},
+          {"voxel_size_m", saved.map.voxel_size_m()},
+          {"bounds", {{"min_m", to_json(box.min_m)}, {"max_m", to_json(box.max_m)}}},
+          {"blocks", saved.map.block_count()},
+          {"observed_voxels", observed},
+          {"file_bytes", bytes},
+          {"bytes_per_observed_voxel", observed > 0 ? static_cast<double>(bytes) / static_cast<double>(observed) : 0.0},
+          {"map_hash", fmt::format("{:016x}", saved.map.hash())},
+          {"label_set", saved.header.labels.name()},
+          {"objects", query.objects().size()},
+          {"objects_by_class", by_class}};
+}
+
+std::string info_text(const Json& j) {
+  const auto box = [&](const char* end, int axis) { return j["bounds"][end][static_cast<std::size_t>(axis)].get<double>(); };
+  const auto length = [&](int axis) { return box("max_m", axis) - box("min_m", axis); };
+  std::string text = fmt::format(
+      "{}\nrecording {}\nstate     {}\nframes    {} used, {} skipped\nbounds    {:.1f} x {:.1f} x {:.1f} m from {:.2f} {:.2f} "
+      "{:.2f}\n"
+      "voxels    {} observed of {} m in {} blocks, {:.1f} MB, {:.1f} bytes each\nhash      {}\nlabels    {}\nobjects   {}\n",
+      j["file"].get<std::string>(), j["recording"].get<std::string>(),
+      j["complete"].get<bool>() ? "complete" : "a checkpoint: run --map --resume goes on from here",
+      j["frames"]["used"].get<int>(), j["frames"]["skipped"].get<int>(), length(0), length(1), length(2), box("min_m", 0),
+      box("min_m", 1), box("min_m", 2), j["observed_voxels"].get<std::uint64_t>(), j["voxel_size_m"].get<float>(),
+      j["blocks"].get<std::size_t>(), j["file_bytes"].get<double>() / 1e6, j["bytes_per_observed_voxel"].get<double>(),
+      j["map_hash"].get<std::string>(), j["label_set"].get<std::string>(), j["objects"].get<std::size_t>());
+  for (const auto& [name, count] : j["objects_by_class"].items()) text += fmt::format("  {:>5} x {}\n", count.get<int>(), name);
+  return text;
+}
+
+}  // namespace
+
+int map_info(const Arguments& a) {
+  set_thread_count(a.threads);
+  const SavedMap saved = load_map(a.map);
+  const Json json = info_json(a.map, saved, load_frames(a.map));
+  fmt::print("{}", a.as_json ? json.dump(2) + "\n" : info_text(json));
+  return kDone;
+}
+
+int map_mesh(const Arguments& a) {
+  const bool glb = a.output.ends_with(".glb");
+  if (!glb && !a.output.ends_with(".ply")) throw UsageError("-o takes a name that ends in .ply or .glb");
+  set_thread_count(a.threads);
+  const SavedMap saved = load_map(a.map);
+  Mesher mesher(options_of(saved).mesher);
+  mesher.update(saved.map);
+  const Mesh mesh = mesher.assemble(saved.map, saved.objects, saved.header.labels);
+  if (glb) {
+    write_glb(a.output, mesh, saved.header.labels, up_of(saved));
+  } else {
+    write_ply(a.output, mesh);
+  }
+  fmt::print("{} vertices, {} triangles in {}\n", mesh.vertices.size(), mesh.triangles.size(), a.output);
+  return kDone;
+}
+
+int map_query(const Arguments& a) {
+  const std::size_t questions =
+      static_cast<std::size_t>(!a.query_class.empty()) + static_cast<std::size_t>(!a.query_box.empty()) +
+      static_cast<std::size_t>(!a.query_nearest.empty()) + static_cast<std::size_t>(!a.query_at.empty());
+  if (questions > 1) throw UsageError("one question at a time: --class, --box, --nearest or --at");
+  set_thread_count(a.threads);
+  const SavedMap saved = load_map(a.map);
+  const MapQuery query(saved.map, saved.objects, saved.header.labels);
+  const Answer answer = answer_to(a, query, saved.header.labels);
+  fmt::print("{}", a.as_json ? answer.json.dump(2) + "\n" : answer.text);
+  return kDone;
+}
+
+int map_regularize(const Arguments& a) {
+  set_thread_count(a.threads);
+  SavedMap saved = load_map(a.map);
+  Options options = options_of(saved);
+  for (const std::string& setting : a.settings) {
+    try {
+      set_field(fields(options), setting);
+    } catch (const Error& e) {
+      throw UsageError(e.what());
+    }
+  }
+  options.regularizer.enabled = true;
+  MapFileWriter writer = MapFileWriter::open(a.map, saved);
+  SessionState state = session_state(saved, load_frames(a.map));
+  state.regularizer.handled.clear();  // all of it, from what the frames voted for
+  const std::uint64_t before = saved.map.epoch();
+  Session session(options, saved.header.labels);
+  session.restore(std::move(saved.map), std::move(saved.objects), std::move(state));
+  session.regularize();
+  MapUpdate update = whole_map(session.map(), session.objects());
+  std::erase_if(update.blocks, [&](const BlockCopy& block) { return block.changed_at <= before; });
+  update.notes = notes_of(session.state());
+  const std::size_t changed = update.blocks.size();
+  writer.write(update, true);
+  writer.close();
+  fmt::print("{} of {} blocks have other labels now, {} objects\n", changed, session.map().block_count(),
+             session.objects().count());
+  return kDone;
+}
+
+}  // namespace panoptic

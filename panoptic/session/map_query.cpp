@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/session/map_query.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "panoptic/base/error.h"
+
+namespace panoptic {
+namespace {
+
+constexpr float kBand_voxels = 1.5F;
+
+// The square of the distance from a point to the nearest surface voxel of every label.
+std::map<PanopticId, double> squared_distances(const VoxelMap& map, const Vec3d& point_m) {
+  const double size = map.voxel_size_m();
+  const float band_m = kBand_voxels * map.voxel_size_m();
+  std::map<PanopticId, double> nearest;
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    const VoxelBlock& block = map.block(slot);
+    const BlockIndex b = map.index_of(slot);
+    const Vec3d corner = Vec3d(b.x, b.y, b.z) * kBlockSide;
+    for (int v = 0; v < kBlockVoxels; ++v) {
+      const auto i = static_cast<std::size_t>(v);
+      if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m) continue;
+      const Vec3d within(v % kBlockSide, v / kBlockSide % kBlockSide, v / (kBlockSide * kBlockSide));
+      const double squared = ((corner + within + Vec3d::Constant(0.5)) * size - point_m).squaredNorm();
+      const auto [at, is_new] = nearest.emplace(static_cast<PanopticId>(block.label[i]), squared);
+      if (!is_new) at->second = std::min(at->second, squared);
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+MapQuery::MapQuery(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels)
+    : map_(map), registry_(objects), labels_(labels) {
+  for (const auto& [id, extent] : label_extents(map)) {
+    const Object* object = registry_.find(id);
+    if (object == nullptr) continue;
+    FoundObject found{
+        .id = id, .class_id = registry_.class_of(id), .box = box_of(extent, map.voxel_size_m()), .voxels = extent.voxels};
+    for (const ClassProbability& p : registry_.probabilities(id)) {
+      if (p.class_id == found.class_id) found.probability = p.probability;
+    }
+    found.observations = object->observations;
+    found.first_frame = object->first_frame;
+    found.last_frame = object->last_frame;
+    objects_.push_back(found);
+  }
+}
+
+std::vector<FoundObject> MapQuery::of_class(std::string_view name) const {
+  const LabelClass* wanted = labels_.find(name);
+  const bool unknown = name == labels_.name_of(ClassId::kUnknown);
+  if (wanted == nullptr && !unknown) {
+    std::string known;
+    for (const LabelClass& c : labels_.classes()) known += (known.empty() ? "" : ", ") + c.name;
+    throw Error(fmt::format("there is no class '{}' in this map; its classes are {}", name, known));
+  }
+  const ClassId id = wanted == nullptr ? ClassId::kUnknown : wanted->id;
+  std::vector<FoundObject> found;
+  std::copy_if(objects_.begin(), objects_.end(), std::back_inserter(found),
+               [&](const FoundObject& o) { return o.class_id == id; });
+  return found;
+}
+
+std::vector<FoundObject> MapQuery::in_box(const Vec3d& min_m, const Vec3d& max_m) const {
+  std::vector<FoundObject> found;
+  std::copy_if(objects_.begin(), objects_.end(), std::back_inserter(found), [&](const FoundObject& o) {
+    return (o.box.min_m.array() <= max_m.array()).all() && (o.box.max_m.array() >= min_m.array()).all();
+  });
+  return found;
+}
+
+std::vector<NearObject> MapQuery::nearest(const Vec3d& point_m, std::size_t count) const {
+  std::vector<NearObject> near;
+  if (!point_m.allFinite()) return near;
+  const std::map<PanopticId, double> squared = squared_distances(map_, point_m);
+  for (const FoundObject& object : objects_) near.push_back({object, std::sqrt(squared.at(object.id))});
+  std::sort(near.begin(), near.end(), [](const NearObject& a, const NearObject& b) {
+    return std::tuple(a.distance_m, a.object.id) < std::tuple(b.distance_m, b.object.id);
+  });
+  if (near.size() > count) near.resize(count);
+  return near;
+}
+
+std::optional<PointAnswer> MapQuery::at(const Vec3d& point_m) const {
+  const Vec3d voxel = (point_m / double{map_.voxel_size_m()}).array().floor();
+  constexpr double kFarthest = double{kMaxBlockCoordinate} * kBlockSide;
+  if (!voxel.allFinite() || voxel.cwiseAbs().maxCoeff() > kFarthest) return std::nullopt;
+  int within[3];
+  std::int32_t block_at[3];
+  for (Eigen::Index a = 0; a < 3; ++a) {
+    const auto v = static_cast<std::int32_t>(voxel[a]);
+    block_at[a] = v >> 4;
+    within[a] = v & (kBlockSide - 1);
+  }
+  const VoxelBlock* block = map_.find({block_at[0], block_at[1], block_at[2]});
+  const auto i = static_cast<std::size_t>(voxel_offset(within[0], within[1], within[2]));
+  if (block == nullptr || !(block->weight[i] > 0)) return std::nullopt;
+  const auto id = static_cast<PanopticId>(block->label[i]);
+  const float share = std::min(1.0F, block->label_weight[i] / block->weight[i]);
+  return PointAnswer{id, class_of(id), block->distance[i], block->weight[i], id == PanopticId::kUnknown ? 0.0F : share};
+}
+
+ClassId MapQuery::class_of(PanopticId id) const {
+  return labels_.is_object(id) ? registry_.class_of(id) : static_cast<ClassId>(number(id));
+}
+
+}  // namespace panoptic

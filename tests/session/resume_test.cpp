@@ -1,0 +1,218 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "panoptic/base/files.h"
+#include "panoptic/session/checkpoint.h"
+#include "panoptic/session/outputs.h"
+#include "panoptic/session/session_notes.h"
+#include "tests/expect_error.h"
+#include "tests/fresh_folder.h"
+#include "tests/fusion/scenes.h"
+
+namespace panoptic {
+namespace {
+
+using test::error_of;
+using test::fresh_folder;
+using testing::HasSubstr;
+
+constexpr int kFrames = 24;
+
+// Two balls on a table top, seen from an orbit; pose, labels and numbers of segments waver as those of networks do.
+Frame rendered(int i) {
+  const test::Surface scene =
+      test::nearest_of({test::sphere({0, 0, 0}, 0.4), test::sphere({0.7, 0.3, 0}, 0.25), test::plane(Vec3d::UnitY(), 0.5)});
+  const double angle = 0.1 * i;
+  return test::render(scene, test::small_camera(), test::look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}),
+                      5 * i);
+}
+
+const Frame& frame_at(int i) {
+  static const std::vector<Frame> kAll = [] {
+    std::vector<Frame> frames;
+    for (int k = 0; k < kFrames; ++k) frames.push_back(rendered(k));
+    return frames;
+  }();
+  return kAll[static_cast<std::size_t>(i)];
+}
+
+Segmentation segmentation_of(const Frame& frame) {
+  const ClassId chair{3};
+  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()),
+                 {{chair, 0.9F, {{chair, 0.7F}, {ClassId{1}, 0.3F}}}, {ClassId{2}, 1, {}}, {chair, 0.8F, {}}}};
+  std::uint32_t state = static_cast<std::uint32_t>(frame.index) * 747796405U + 1;
+  for (int v = 0; v < frame.depth.height(); ++v) {
+    for (int u = 0; u < frame.depth.width(); ++u) {
+      const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
+      const int segment = p.y() > 0.499 ? 2 : p.x() > 0.45 ? 3 : 1;
+      state = state * 1664525U + 1013904223U;
+      s.segment_at(u, v) = static_cast<std::uint16_t>(state >> 24 < 40 ? state >> 16 & 3 : segment);
+    }
+  }
+  return s;
+}
+
+RunIdentity identity() {
+  RunIdentity run{"somewhere", "", "", {}};
+  run.options.objects.every_frames = 4;
+  run.options.regularizer.every_frames = 7;
+  return run;
+}
+
+std::string objects_text(Session& session) {
+  const Mesh mesh = session.mesh();
+  return objects_json(session, mesh).dump() +
+         fmt::format("{} vertices {} triangles", mesh.vertices.size(), mesh.triangles.size());
+}
+
+void map_frame(int i, Session& session, Checkpoints* checkpoints) {
+  const Frame& frame = frame_at(i);
+  FrameRecord record{.frame = frame.index, .time_s = 0.1 * i, .world_from_camera = frame.world_from_camera};
+  if (i % 9 == 5) {
+    record.unused_because = "color image is unreadable";
+    session.skip({frame.index, record.unused_because});
+  } else {
+    record.labelled = i % 5 != 3;
+    record.unused_because = session.add(frame, record.labelled ? segmentation_of(frame) : Segmentation{}).value_or("");
+  }
+  if (checkpoints == nullptr) return;
+  checkpoints->note(record);
+  checkpoints->after_frame(session);
+}
+
+struct Whole {
+  std::uint64_t hash = 0;
+  std::string objects;
+};
+const Whole& uninterrupted() {
+  static const Whole kWhole = [] {
+    Session session(identity().options, test::test_labels());
+    for (int i = 0; i < kFrames; ++i) map_frame(i, session, nullptr);
+    session.finish();
+    return Whole{session.map().hash(), objects_text(session)};
+  }();
+  return kWhole;
+}
+
+CheckpointSettings settings(const std::filesystem::path& path, bool resume = true, double every_s = 1e9) {
+  return {.path = path, .resume = resume, .every_s = every_s};
+}
+
+// Maps up to the position, or to the end.
+void map_until(int end, const std::filesystem::path& path, std::optional<int> finish_at = std::nullopt) {
+  Session session(identity().options, test::test_labels());
+  Checkpoints checkpoints(settings(path), identity(), session);
+  for (int i = static_cast<int>(checkpoints.positions()); i < end; ++i) map_frame(i, session, &checkpoints);
+  if (finish_at) session.finish();
+  checkpoints.finish(session, finish_at.has_value());
+}
+
+TEST(Resume, GivesTheSameMapAndObjectsWhereverItWasInterrupted) {
+  // After the first frame, a regularization (7), a maintenance (8), both, a skipped frame (5), twice, right before the end.
+  for (const std::vector<int>& cuts : {std::vector{1, 7, 16}, {8, 14}, {9, 15, 17}, {kFrames}}) {
+    const auto path = fresh_folder() / "map.panoptic";
+    for (const int cut : cuts) map_until(cut, path);
+    Session session(identity().options, test::test_labels());
+    Checkpoints checkpoints(settings(path), identity(), session);
+    ASSERT_EQ(checkpoints.positions(), static_cast<std::uint64_t>(cuts.back()));
+    for (int i = cuts.back(); i < kFrames; ++i) map_frame(i, session, &checkpoints);
+    session.finish();
+    checkpoints.finish(session, true);
+    EXPECT_EQ(session.map().hash(), uninterrupted().hash) << cuts.front();
+    EXPECT_EQ(objects_text(session), uninterrupted().objects) << cuts.front();
+    EXPECT_EQ(session.frames().skipped(), 3U);
+    EXPECT_EQ(session.frames().used(), 21U);
+    EXPECT_EQ(load_map(path).map.hash(), uninterrupted().hash);
+  }
+}
+
+// A checkpoint that was written meanwhile, with the process gone before it could close the file: as SQLite leaves it, log and
+// all.
+TEST(Resume, GoesOnFromTheLastCheckpointOfAProcessThatIsGone) {
+  const auto path = fresh_folder() / "map.panoptic";
+  const auto left = fresh_folder("left") / "map.panoptic";
+  {
+    Session session(identity().options, test::test_labels());
+    Checkpoints checkpoints(settings(path, false, 0), identity(), session);
+    for (int i = 0; i < 13; ++i) map_frame(i, session, &checkpoints);
+    for (const char* suffix : {"", "-wal"}) std::filesystem::copy_file(path.string() + suffix, left.string() + suffix);
+  }
+  Session session(identity().options, test::test_labels());
+  Checkpoints checkpoints(settings(left), identity(), session);
+  EXPECT_LE(checkpoints.positions(), 13U);
+  for (int i = static_cast<int>(checkpoints.positions()); i < kFrames; ++i) map_frame(i, session, &checkpoints);
+  session.finish();
+  EXPECT_EQ(session.map().hash(), uninterrupted().hash);
+}
+
+TEST(Resume, OfACompleteMapHasNothingToDo) {
+  const auto path = fresh_folder() / "map.panoptic";
+  map_until(kFrames, path, 1);
+  Session session(identity().options, test::test_labels());
+  const Checkpoints checkpoints(settings(path), identity(), session);
+  EXPECT_TRUE(checkpoints.was_complete());
+  EXPECT_EQ(session.map().hash(), uninterrupted().hash);
+  EXPECT_EQ(objects_text(session), uninterrupted().objects);
+}
+
+TEST(Resume, RefusesAnotherRecordingOtherOptionsAndOtherLabels) {
+  const auto path = fresh_folder() / "map.panoptic";
+  map_until(2, path);
+  const auto complaint = [&](const RunIdentity& run, const LabelSet& labels) {
+    return error_of([&] {
+      Session session(run.options, labels);
+      Checkpoints(settings(path), run, session);
+    });
+  };
+  RunIdentity other = identity();
+  other.recording = "elsewhere";
+  EXPECT_THAT(complaint(other, test::test_labels()), HasSubstr("its recording is 'somewhere', here it is 'elsewhere'"));
+  other = identity();
+  other.options.map.voxel_size_m = 0.05F;
+  EXPECT_THAT(complaint(other, test::test_labels()), HasSubstr("its options is 'voxel_size_m = 0.024"));
+  other = identity();
+  other.frames = "0:10";
+  EXPECT_THAT(complaint(other, test::test_labels()), HasSubstr("frames_range"));
+  EXPECT_THAT(complaint(identity(), load_label_set("indoor")), HasSubstr("its label set"));
+  Session session(identity().options, test::test_labels());
+  EXPECT_THAT(error_of([&] { Checkpoints(settings(path, false), identity(), session); }), HasSubstr("--resume"));
+}
+
+TEST(Resume, OfAFileThatIsBeingWrittenIsRefused) {
+  const auto path = fresh_folder() / "map.panoptic";
+  Session session(identity().options, test::test_labels());
+  const Checkpoints checkpoints(settings(path, false), identity(), session);
+  Session second(identity().options, test::test_labels());
+  EXPECT_THAT(error_of([&] { Checkpoints(settings(path), identity(), second); }), HasSubstr("another run writes"));
+}
+
+TEST(Resume, RefusesStatesThatAreNotOfTheMap) {
+  const auto path = fresh_folder() / "map.panoptic";
+  map_until(10, path);
+  const std::vector<FrameRecord> frames = load_frames(path);
+  const auto complaint = [&](const char* name, const Bytes& bytes) {
+    SavedMap saved = load_map(path);
+    saved.notes.states[name] = bytes;
+    return error_of([&] { session_state(saved, frames); });
+  };
+  EXPECT_THAT(complaint("together", {1, 2, 3}), HasSubstr("'together'"));
+  EXPECT_THAT(complaint("together", {5, 0, 5, 0, 1, 0, 0, 0}), HasSubstr("'together'"));
+  EXPECT_THAT(complaint("overruled", {1}), HasSubstr("'overruled'"));
+  EXPECT_THAT(complaint("overruled", {255, 255}), HasSubstr("'overruled'"));
+  EXPECT_THAT(complaint("overruled", {1, 0, 0, 0, 1, 0, 0, 0, 0x80, 0x7F, 1, 0, 0, 0, 0, 0}), HasSubstr("'overruled'"));
+  EXPECT_THAT(complaint("overruled", {1, 0, 0, 0, 0xFF, 0xFF, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0}), HasSubstr("'overruled'"));
+  EXPECT_THAT(complaint("regularized", Bytes(8, 0xFF)), HasSubstr("'regularized'"));
+  EXPECT_THAT(complaint("regularized", Bytes(80000, 0)), HasSubstr("'regularized'"));
+  SavedMap saved = load_map(path);
+  saved.notes.texts["session"] = "{\"label_frames\": -1}";
+  EXPECT_THAT(error_of([&] { session_state(saved, frames); }), HasSubstr("'session'"));
+}
+
+}  // namespace
+}  // namespace panoptic
