@@ -69,17 +69,21 @@ export class Viewer {
     return { text, triangles: number(/([\d,]+) triangles/), chunks: number(/([\d,]+) chunks/), waiting: number(/([\d,]+) to come/) };
   }
 
+  async busy() {
+    return (await this.page.locator('#surface').getAttribute('aria-busy')) === 'true';
+  }
+
   // Until nothing is lacking and the picture stands still.
   async settle() {
     await this.until(async () => {
       const { triangles, waiting } = await this.counts();
-      return triangles > 0 && waiting === 0;
+      return triangles > 0 && waiting === 0 && !(await this.busy());
     }, 'the surface never came');
     let before = await this.look();
     await this.until(async () => {
       await this.page.waitForTimeout(150);
       const now = await this.look();
-      const still = differing_share(before, now) === 0;
+      const still = differing_share(before, now) === 0 && !(await this.busy());
       before = now;
       return still;
     }, 'the picture never stood still');

@@ -29,7 +29,7 @@ import { Timeline } from './timeline.js';
 import { Trail } from './trail.js';
 import { ViewBar } from './view_bar.js';
 
-const kListsEvery_ms = 500;
+const kPanelsEvery_ms = { card: 400, software: 900 };  // every picture of the page costs time, too, where the processor draws
 
 class Page {
   #labels = new Labels();
@@ -61,7 +61,9 @@ class Page {
   #title = 'map';
   #frame_index = -1;
   #whole = false;  // everything that was there when the page was opened has arrived
-  #lists_pending = false;
+  #state = null;  // the newest one
+  #panels_pending = false;
+  #panels_ms = -Infinity;
   #connection = new Connection({
     status: (state) => this.#status.set_connection(state), scene: (scene) => this.#on_scene(scene), state: (state) => this.#on_state(state),
     objects: (objects) => this.#on_objects(objects), chunks: (chunks) => this.#on_chunks(chunks),
@@ -85,6 +87,7 @@ class Page {
   #on_scene(scene) {
     this.#title = scene.title;
     this.#whole = false;
+    this.#state = null;
     this.#labels.reset(scene);
     this.#surface.reset(scene);
     for (const part of [this.#trail, this.#legend, this.#objects, this.#timeline]) part.reset();
@@ -93,7 +96,7 @@ class Page {
     this.#status.set_scene(scene);
     this.#bar.allow_mode('confidence', scene.has_confidence !== false);
     if (scene.has_confidence === false && this.#mode === 'confidence') this.#set_mode('color');
-    this.#refresh_lists();
+    this.#refresh_panels();
     this.#stage.invalidate_soon();
   }
 
@@ -107,17 +110,15 @@ class Page {
       this.#navigation.set_recording_camera(map.localToWorld(pose.position), pose.rotation.premultiply(map.quaternion));
     }
     this.#bar.allow_camera('follow', pose !== null);
-    this.#frame.update(state.frame);
-    this.#timeline.update(state.run);
-    this.#status.set_run(state.run);
-    this.#refresh_lists();
+    this.#state = state;
+    this.#refresh_panels();
     this.#stage.invalidate_soon();
   }
 
   #on_objects(objects) {
     this.#labels.set_objects(objects);
     this.#trail.set_box(this.#labels.object(this.#labels.selected));
-    this.#refresh_lists();
+    this.#refresh_panels();
     this.#stage.invalidate_soon();
   }
 
@@ -126,22 +127,33 @@ class Page {
     const whole = !this.#whole && this.#connection.waiting === 0;
     this.#whole ||= whole;
     this.#navigation.frame_map({ whole });
-    this.#refresh_lists();
+    this.#refresh_panels();
     this.#stage.invalidate_soon();
   }
 
-  // Lists are laid out at most twice a second, however fast things arrive.
-  #refresh_lists() {
-    this.#status.set_counts({ chunks: this.#surface.chunk_count, triangles: this.#surface.triangles, waiting: this.#connection.waiting });
-    if (this.#lists_pending) return;
-    this.#lists_pending = true;
+  // However fast things arrive, the panels are laid out anew only so often; the first time at once.
+  #refresh_panels() {
+    if (this.#panels_pending) return;
+    this.#panels_pending = true;
+    const pause_ms = this.#stage.software ? kPanelsEvery_ms.software : kPanelsEvery_ms.card;
     setTimeout(() => {
-      this.#lists_pending = false;
-      set_text(by_id('class-count'), `${this.#legend.update(this.#surface.vertices_of)}`);
-      set_text(by_id('object-count'), `${this.#labels.objects.length}`);
-      this.#objects.update();
-      this.#details.update(this.#surface.vertices_of[this.#labels.selected]);
-    }, kListsEvery_ms);
+      this.#panels_pending = false;
+      this.#panels_ms = performance.now();
+      this.#show_panels();
+    }, Math.max(0, this.#panels_ms + pause_ms - performance.now()));
+  }
+
+  #show_panels() {
+    this.#status.set_counts({ chunks: this.#surface.chunk_count, triangles: this.#surface.triangles, waiting: this.#connection.waiting });
+    if (this.#state) {
+      this.#frame.update(this.#state.frame);
+      this.#timeline.update(this.#state.run);
+      this.#status.set_run(this.#state.run);
+    }
+    set_text(by_id('class-count'), `${this.#legend.update(this.#surface.vertices_of)}`);
+    set_text(by_id('object-count'), `${this.#labels.objects.length}`);
+    this.#objects.update();
+    this.#details.update(this.#surface.vertices_of[this.#labels.selected]);
   }
 
   #select(id, { fly = false } = {}) {
@@ -254,4 +266,9 @@ class Page {
 if (window.location.search) window.history.replaceState(null, '', window.location.pathname);
 await MeshoptDecoder.ready;
 lay_out();
-new Page();
+try {
+  new Page();
+} catch (error) {
+  set_text(by_id('message'), `This browser cannot draw the map (${error.message}). It needs WebGL 2.`);
+  throw error;
+}

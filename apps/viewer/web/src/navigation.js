@@ -9,6 +9,7 @@ import { Walk } from './walk.js';
 
 const kFlight_s = 0.6;
 const kElevation = MathUtils.degToRad(38);
+const kWorthMoving = 0.04;  // of the distance: the view does not follow every new chunk
 const kBehind_m = 0.9;
 const kAbove_m = 0.35;
 const kFollowRate_hz = 3.5;
@@ -26,6 +27,7 @@ export class Navigation {
   #flight = null;
   #recording = null;  // {position, rotation} of the recording's camera in the scene
   #side = null;
+  #framed = null;  // where the view was last put by itself
   #chunks_when_sided = 0;
   #listeners = [];
 
@@ -38,10 +40,12 @@ export class Navigation {
     this.#orbit.zoomToCursor = true;
     this.#orbit.minDistance = 0.08;
     this.#orbit.maxDistance = 150;
-    this.#orbit.addEventListener('change', () => stage.invalidate());
+    this.#orbit.addEventListener('change', () => (this.touched ? stage.invalidate() : stage.invalidate_soon()));
     this.#orbit.addEventListener('start', () => this.#on_touch());
     stage.canvas.addEventListener('wheel', () => this.#on_touch(), { passive: true });
-    stage.canvas.addEventListener('pointermove', (event) => { if (event.buttons !== 0 && Math.hypot(event.movementX, event.movementY) > 2) this.#leave_follow(); });
+    stage.canvas.addEventListener('pointermove', (event) => {
+      if (event.buttons !== 0 && Math.hypot(event.movementX, event.movementY) > 2) this.#leave_follow();
+    });
     this.#walk = new Walk(stage, () => { this.touched = true; });
     stage.camera.position.set(2.5, 2.5, 4);
     this.#orbit.update();
@@ -75,12 +79,14 @@ export class Navigation {
     if (this.mode !== 'orbit') this.set_mode('orbit');
     this.touched = false;
     this.#side = null;
+    this.#framed = null;
     this.frame_map({ at_once: true });
   }
 
   forget() {
     this.touched = false;
     this.#side = null;
+    this.#framed = null;
     this.#recording = null;
   }
 
@@ -93,7 +99,16 @@ export class Navigation {
       this.#chunks_when_sided = this.#surface.chunk_count;
     }
     const toward = this.#side.clone().multiplyScalar(Math.cos(kElevation)).setY(Math.sin(kElevation)).normalize();
-    this.#fly(box, toward, 0.9, at_once ? kFlight_s : 1.2);
+    const goal = this.#goal(box, toward, 0.9);
+    if (!at_once && !this.#is_worth_moving(goal)) return;
+    this.#framed = goal;
+    if (this.#stage.software && !at_once) this.#jump(goal);
+    else this.#start_flight(goal, at_once ? kFlight_s : 1.2);
+  }
+
+  #is_worth_moving({ position, target }) {
+    const before = this.#framed;
+    return !before || before.position.distanceTo(position) + before.target.distanceTo(target) > kWorthMoving * position.distanceTo(target);
   }
 
   // To the box of an object (in the map's axes), from the side on which the eye is by now.
@@ -102,7 +117,7 @@ export class Navigation {
     this.touched = true;
     const toward = this.#stage.camera.position.clone().sub(this.#orbit.target);
     toward.y = Math.max(toward.y, 0.35 * Math.hypot(toward.x, toward.z));
-    this.#fly(box, toward.normalize(), 1.4, kFlight_s);
+    this.#start_flight(this.#goal(box, toward.normalize(), 1.4), kFlight_s);
   }
 
   // The point that the eye turns around, in the scene.
@@ -110,7 +125,7 @@ export class Navigation {
     if (this.mode !== 'orbit') return;
     this.touched = true;
     const move = place.clone().sub(this.#orbit.target);
-    this.#start_flight(place, this.#stage.camera.position.clone().addScaledVector(move, 0.5), kFlight_s);
+    this.#start_flight({ target: place, position: this.#stage.camera.position.clone().addScaledVector(move, 0.5) }, kFlight_s);
   }
 
   #leave_follow() {
@@ -124,7 +139,8 @@ export class Navigation {
     this.#stage.animate(() => this.mode === 'orbit' && this.#flight === null && this.#orbit.update());
   }
 
-  #fly(box, toward, room, seconds) {
+  // From where a box fills the view, `room` times as far away as it needs.
+  #goal(box, toward, room) {
     const center = this.#stage.map.localToWorld(box.getCenter(new Vector3()));
     const radius = Math.max(0.12, box.getSize(new Vector3()).length() / 2);
     const camera = this.#stage.camera;
@@ -133,10 +149,17 @@ export class Navigation {
     const distance = (radius * room) / Math.sin(narrow);
     camera.far = Math.max(100, 20 * radius);
     camera.updateProjectionMatrix();
-    this.#start_flight(center, center.clone().addScaledVector(toward, distance), seconds);
+    return { target: center, position: center.clone().addScaledVector(toward, distance) };
   }
 
-  #start_flight(target, position, seconds) {
+  #jump({ target, position }) {
+    this.#flight = null;
+    this.#stage.camera.position.copy(position);
+    this.#orbit.target.copy(target);
+    this.#orbit.update();
+  }
+
+  #start_flight({ target, position }, seconds) {
     const flight = {
       from: this.#stage.camera.position.clone(), to: position, from_target: this.#orbit.target.clone(), to_target: target,
       done: calm.matches ? 1 : 0, seconds,

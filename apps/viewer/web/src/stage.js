@@ -8,9 +8,10 @@ import { Color, Group, PerspectiveCamera, Quaternion, Scene, Vector3, WebGLRende
 
 const kFieldOfView_deg = 55;
 const kMostPixelRatio = 2;
-const kShareOfTime = 0.25;    // what drawing may take for data that arrives; people who move the view get all of it
+const kSoftware = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+const kShareOfTime = { card: 0.3, software: 0.1 };  // what drawing may take for data that arrives; who moves the view gets all
 const kSlow_ms = 120;
-const kLongestPause_ms = 4000;
+const kLongestPause_ms = 3000;
 const kPoll_ms = 4;
 const kSmallestTurn = 1e-4;  // of 1 - cos: below it the map is not turned again
 
@@ -22,13 +23,22 @@ export function upright(up) {
   return new Quaternion().setFromUnitVectors(turned, new Vector3(0, 1, 0)).multiply(over);
 }
 
+// Is there no graphics card, so that the processor draws? Then smooth edges would double the work.
+function draws_in_software() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const names = gl?.getExtension('WEBGL_debug_renderer_info');
+  const found = names ? kSoftware.test(gl.getParameter(names.UNMASKED_RENDERER_WEBGL)) : false;
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return found;
+}
+
 export class Stage {
   scene = new Scene();
   map = new Group();
   camera = new PerspectiveCamera(kFieldOfView_deg, 1, 0.03, 400);
   renderer;
   up = new Vector3(0, 1, 0);
-  frames_drawn = 0;
+  software = false;  // there is no graphics card
   #material;
   #pending = false;
   #later = 0;            // the timer of a drawing that can wait
@@ -36,6 +46,7 @@ export class Stage {
   #again = false;
   #finished_ms = 0;
   #took_ms = 0;
+  #share;
   #tickers = new Set();
   #before = 0;
   #before_draw = [];
@@ -43,8 +54,10 @@ export class Stage {
 
   constructor(canvas, material) {
     this.#material = material;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, kMostPixelRatio));
+    const software = this.software = draws_in_software();
+    this.#share = software ? kShareOfTime.software : kShareOfTime.card;
+    this.renderer = new WebGLRenderer({ canvas, antialias: !software, powerPreference: 'high-performance' });
+    this.renderer.setPixelRatio(software ? 1 : Math.min(window.devicePixelRatio, kMostPixelRatio));
     this.scene.add(this.map);
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
     this.#resize();
@@ -97,15 +110,22 @@ export class Stage {
     clearTimeout(this.#later);
     this.#later = 0;
     this.#pending = true;
+    this.#tell_busy();
     requestAnimationFrame((now_ms) => this.#draw(now_ms));
   }
 
   // Something arrived: soon, but drawing keeps to its share of the time.
   invalidate_soon() {
     if (this.#pending || this.#later !== 0) return;
-    const pause_ms = Math.min(kLongestPause_ms, this.#took_ms * (1 / kShareOfTime - 1));
+    const pause_ms = Math.min(kLongestPause_ms, this.#took_ms * (1 / this.#share - 1));
     const wait_ms = this.#busy ? pause_ms : this.#finished_ms + pause_ms - performance.now();
     this.#later = setTimeout(() => { this.#later = 0; this.invalidate(); }, Math.max(0, wait_ms));
+    this.#tell_busy();
+  }
+
+  // For those who wait until the picture is what it should be.
+  #tell_busy() {
+    this.canvas.setAttribute('aria-busy', `${this.#pending || this.#busy || this.#later !== 0}`);
   }
 
   #draw(now_ms) {
@@ -136,6 +156,7 @@ export class Stage {
       this.#busy = false;
       this.#finished_ms = performance.now();
       this.#took_ms = this.#finished_ms - began_ms;
+      this.#tell_busy();
       if (!this.#again) return null;
       this.#again = false;
       return this.invalidate();
@@ -148,7 +169,6 @@ export class Stage {
     this.camera.updateMatrixWorld();
     this.#material.prepare(this.camera.position);
     this.renderer.render(this.scene, this.camera);
-    ++this.frames_drawn;
   }
 
   // Pixels on the page of a place in the scene, or null behind the eye.
