@@ -100,7 +100,7 @@ export class Navigation {
     }
     const toward = this.#side.clone().multiplyScalar(Math.cos(kElevation)).setY(Math.sin(kElevation)).normalize();
     const goal = this.#goal(box, toward, 0.9);
-    if (!at_once && !this.#is_worth_moving(goal)) return;
+    if (!at_once && !whole && !this.#is_worth_moving(goal)) return;
     this.#framed = goal;
     if (this.#stage.software && !at_once) this.#jump(goal);
     else this.#start_flight(goal, at_once ? kFlight_s : 1.2);
