@@ -150,6 +150,7 @@ test('Page: keys move, show the help and reset the view', async () => {
   await viewer.page.keyboard.down('w');
   await viewer.until(async () => differing_share(start, await viewer.look()) > 0.02, 'W does not walk');
   await viewer.page.keyboard.up('w');
+  await viewer.page.locator('#notice').waitFor({ state: 'hidden' });
   const walked = await viewer.settle();
   await viewer.page.keyboard.press('r');
   assert.ok(differing_share(start, await viewer.look_after_change(walked)) < 0.02);
