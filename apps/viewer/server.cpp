@@ -84,6 +84,9 @@ class HeadStream : public httplib::Stream {
 // The library's server with our own handling of connections, which bounds what each may take.
 class HttpServer : public httplib::Server {
  public:
+  // Room for browsers that come at once: of the library's five a sixth would have to knock again after a second.
+  void widen_queue() { ::listen(svr_sock_, static_cast<int>(kMaxConnections)); }
+
   // Ends every connection and admits no more.
   void end_connections() {
     const std::lock_guard lock(mutex_);
@@ -196,7 +199,7 @@ void ViewerServer::State::bind() {
   for (int candidate = first; candidate > 0 && candidate <= last && port == 0; ++candidate) {
     if (http.bind_to_port(options.bind, candidate)) port = static_cast<std::uint16_t>(candidate);
   }
-  if (port != 0) return;
+  if (port != 0) return http.widen_queue();
   const std::string ports = first == last ? fmt::format("port {}", first) : fmt::format("any of the ports {} to {}", first, last);
   throw Error(
       fmt::format("the viewer cannot listen on {} of {}: it is taken, not allowed or not an address of this machine; "
