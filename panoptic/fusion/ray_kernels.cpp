@@ -3,6 +3,7 @@
 #include "panoptic/fusion/ray_kernels.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <memory>
 
@@ -24,7 +25,7 @@ void RayTable::resize(std::size_t pixels) {
 void PassageLists::clear() {
   recent_.fill({});
   list_of_key_.clear();
-  for (std::size_t i = 0; i < keys_.size(); ++i) lists_[i].clear();
+  for (std::size_t i = 0; i < keys_.size(); ++i) lists_[i].used = 0;
   keys_.clear();
 }
 
@@ -40,19 +41,22 @@ std::uint32_t PassageLists::list_of(std::uint64_t block_key) {
   return place->second;
 }
 
-void PassageLists::add(std::uint64_t block_key, std::uint32_t pixel, std::span<const std::uint16_t> voxels) {
-  std::vector<std::uint16_t>& list = lists_[list_of(block_key)];
-  const std::size_t at = list.size();
-  list.resize(at + kPassageHead + voxels.size());
-  list[at] = static_cast<std::uint16_t>(pixel);
-  list[at + 1] = static_cast<std::uint16_t>(pixel >> 16);
-  list[at + 2] = static_cast<std::uint16_t>(voxels.size());
-  std::copy(voxels.begin(), voxels.end(), list.begin() + static_cast<std::ptrdiff_t>(at + kPassageHead));
+std::uint16_t* PassageLists::append(std::uint64_t block_key, std::uint32_t pixel, std::size_t voxels) {
+  List& list = lists_[list_of(block_key)];
+  const std::size_t at = list.used;
+  list.used += kPassageHead + voxels;
+  if (list.used > list.words.size()) list.words.resize(list.used + list.used / 2);  // the vector's own growth sets each word to 0
+  list.words[at] = static_cast<std::uint16_t>(pixel);
+  list.words[at + 1] = static_cast<std::uint16_t>(pixel >> 16);
+  list.words[at + 2] = static_cast<std::uint16_t>(voxels);
+  return list.words.data() + at + kPassageHead;
 }
 
 std::span<const std::uint16_t> PassageLists::passages(std::uint64_t block_key) const {
   const auto found = list_of_key_.find(block_key);
-  return found == list_of_key_.end() ? std::span<const std::uint16_t>() : lists_[found->second];
+  if (found == list_of_key_.end()) return {};
+  const List& list = lists_[found->second];
+  return std::span(list.words).first(list.used);
 }
 
 namespace kernels {
@@ -121,24 +125,34 @@ void cast_band_row(const RowOfRays& rays, const float* x, const float* depth, co
 
 namespace {
 
+struct CellRange {
+  std::size_t begin;
+  std::size_t end;
+};
+
+// Adds the cells [begin, end) along a ray, which lie in one block.
+void add_passage(const CellWalks& walks, std::size_t lane, std::uint32_t pixel, CellRange cells, PassageLists& lists) {
+  const auto block_of = [&](std::size_t a) { return walks.cell[a][cells.begin][lane] >> 4; };
+  std::uint16_t* voxels = lists.append(pack({block_of(0), block_of(1), block_of(2)}), pixel, cells.end - cells.begin);
+  for (std::size_t i = cells.begin; i < cells.end; ++i) *voxels++ = walks.offset[i][lane];
+}
+
 // Divides the cells along a ray by block, and adds them to the lists.
 void add_passages(const CellWalks& walks, std::size_t lane, std::uint32_t pixel, PassageLists& lists) {
-  std::array<std::uint16_t, kMostVoxels> voxels;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled as far as it is read
+  constexpr std::size_t kWord = 32;
   const auto cells = std::min(static_cast<std::size_t>(walks.count[lane]), kMostCells);
-  BlockIndex block{walks.cell[0][0][lane] >> 4, walks.cell[1][0][lane] >> 4, walks.cell[2][0][lane] >> 4};
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < cells; ++i) {
-    const std::int32_t x = walks.cell[0][i][lane];
-    const std::int32_t y = walks.cell[1][i][lane];
-    const std::int32_t z = walks.cell[2][i][lane];
-    if (((x >> 4 ^ block.x) | (y >> 4 ^ block.y) | (z >> 4 ^ block.z)) != 0) {
-      lists.add(pack(block), pixel, {voxels.data(), count});
-      block = {x >> 4, y >> 4, z >> 4};
-      count = 0;
+  std::size_t begin = 0;
+  for (std::size_t word = 0; word * kWord < cells; ++word) {
+    std::uint32_t borders = walks.borders[word][lane];
+    const std::size_t left = cells - word * kWord;
+    if (left < kWord) borders &= (1U << left) - 1U;
+    for (; borders != 0; borders &= borders - 1) {
+      const std::size_t end = word * kWord + static_cast<std::size_t>(std::countr_zero(borders));
+      add_passage(walks, lane, pixel, {begin, end}, lists);
+      begin = end;
     }
-    voxels[count++] = static_cast<std::uint16_t>((x & 15) | (y & 15) << 4 | (z & 15) << 8);
   }
-  lists.add(pack(block), pixel, {voxels.data(), count});
+  add_passage(walks, lane, pixel, {begin, cells}, lists);
 }
 
 void walk_row(const kernels::BandRow& row, std::uint32_t first_pixel, CellWalks& walks, PassageLists& lists) {

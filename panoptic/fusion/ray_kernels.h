@@ -42,7 +42,8 @@ class PassageLists {
  public:
   // Forgets all passages and keeps the memory.
   void clear();
-  void add(std::uint64_t block_key, std::uint32_t pixel, std::span<const std::uint16_t> voxels);
+  // A new passage at the end of its block's list. Returns where its voxels are to be written, at once.
+  std::uint16_t* append(std::uint64_t block_key, std::uint32_t pixel, std::size_t voxels);
 
   // In the order in which the blocks came up.
   std::span<const std::uint64_t> keys() const { return keys_; }
@@ -60,7 +61,11 @@ class PassageLists {
   std::array<Recent, kRecent> recent_{};
   std::unordered_map<std::uint64_t, std::uint32_t> list_of_key_;
   std::vector<std::uint64_t> keys_;
-  std::vector<std::vector<std::uint16_t>> lists_;  // the first keys_.size() are in use
+  struct List {
+    std::vector<std::uint16_t> words;  // more than are in use
+    std::size_t used = 0;
+  };
+  std::vector<List> lists_;  // the first keys_.size() are in use
 };
 
 // Rows [begin, end) of a frame.

@@ -37,6 +37,25 @@ void walk_lanes(CellWalks& walks);
   }
 }
 
+// The offsets of the cells of one step, and whether they left a block.
+[[gnu::always_inline]] static inline void note_blocks(CellWalks& walks, std::size_t i) {
+  const std::size_t before = i == 0 ? 0 : i - 1;
+  const std::int32_t* __restrict x = walks.cell[0][i];
+  const std::int32_t* __restrict y = walks.cell[1][i];
+  const std::int32_t* __restrict z = walks.cell[2][i];
+  std::uint16_t* __restrict offset = walks.offset[i];
+  std::uint32_t* __restrict borders = walks.borders[i / 32];
+  for (std::size_t k = 0; k < kWalkLanes; ++k) {
+    offset[k] = static_cast<std::uint16_t>((x[k] & 15) | (y[k] & 15) << 4 | (z[k] & 15) << 8);
+  }
+  for (std::size_t k = 0; k < kWalkLanes; ++k) {
+    const std::int32_t moved =
+        (x[k] ^ walks.cell[0][before][k]) | (y[k] ^ walks.cell[1][before][k]) | (z[k] ^ walks.cell[2][before][k]);
+    const std::uint32_t left = (moved & ~15) != 0 ? 1U : 0U;
+    borders[k] = (i % 32 == 0 ? 0U : borders[k]) | left << (i % 32);
+  }
+}
+
 // Which axis is next is as good as random, so a walk alone pays for a wrong guess of the CPU at every other step.
 PANOPTIC_CLONES
 void walk_lanes(CellWalks& walks) {
@@ -66,6 +85,7 @@ void walk_lanes(CellWalks& walks) {
         s.next[a][k] = on_axis[a][k] != 0 ? moved : s.next[a][k];
       }
     }
+    note_blocks(walks, i);
   }
 }
 

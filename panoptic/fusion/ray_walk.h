@@ -47,8 +47,12 @@ constexpr std::size_t kMostCells = 128;  // of one walk: enough for segments of 
 struct CellWalks {
   alignas(64) float start[3][kWalkLanes];
   alignas(64) float end[3][kWalkLanes];
-  alignas(64) std::int32_t count[kWalkLanes];                // of cells
-  alignas(64) std::int32_t cell[3][kMostCells][kWalkLanes];  // what lies behind a lane's count is meaningless
+  alignas(64) std::int32_t count[kWalkLanes];  // of cells
+  // What lies behind a lane's count is meaningless.
+  alignas(64) std::int32_t cell[3][kMostCells][kWalkLanes];
+  alignas(64) std::uint16_t offset[kMostCells][kWalkLanes];  // of the cell in its block, as voxel_offset gives it
+  // Bit n of word w: cell 32 w + n lies in another block than the cell before it.
+  alignas(64) std::uint32_t borders[kMostCells / 32][kWalkLanes];
 };
 
 // From `start` and `end` of all lanes. REQUIRES segments no longer than 64 cells.

@@ -62,6 +62,8 @@ TEST(RayWalk, AlongAnAxisVisitsEveryCellOnce) {
   EXPECT_EQ(cells_between({0.5F, 0.5F, 0.5F}, {0.5F, 0.5F, 0.5F}), (std::vector<Cell>{{0, 0, 0}}));
 }
 
+Cell block_of(const Cell& cell) { return {cell[0] >> 4, cell[1] >> 4, cell[2] >> 4}; }
+
 TEST(RayWalk, SixteenTogetherVisitTheCellsOfEachAlone) {
   Numbers numbers;
   const auto walks = std::make_unique<CellWalks>();
@@ -82,6 +84,10 @@ TEST(RayWalk, SixteenTogetherVisitTheCellsOfEachAlone) {
       for (std::size_t i = 0; i < alone.size(); ++i) {
         const Cell together{walks->cell[0][i][lane], walks->cell[1][i][lane], walks->cell[2][i][lane]};
         ASSERT_EQ(together, alone[i]) << "lane " << lane << ", cell " << i;
+        const auto [x, y, z] = alone[i];
+        ASSERT_EQ(walks->offset[i][lane], (x & 15) + 16 * (y & 15) + 256 * (z & 15)) << "lane " << lane << ", cell " << i;
+        const bool left = i > 0 && block_of(alone[i]) != block_of(alone[i - 1]);
+        ASSERT_EQ((walks->borders[i / 32][lane] >> i % 32 & 1U) != 0, left) << "lane " << lane << ", cell " << i;
       }
     }
   }
