@@ -19,7 +19,7 @@ FORBIDDEN = [
     (re.compile(r"(?<![\w.])/(work|home|root|Users|mnt)/\w"), "a path of one machine"),
     (re.compile(r"\b(registry\.npmjs|pypi\.org|files\.pythonhosted|deb\.debian|crates\.io)"), "a package registry"),
     (re.compile(r"^(class|struct) \w*(Manager|Handler|Helper|Util|Utils|Impl)\b"), "a name that says nothing"),
-    (re.compile(r"^ .*\bget_\w+\(.*\) const"), "a getter: name the thing itself"),
+    (re.compile(r"^ .*\bget_\w+\(.*\) const(?! override)"), "a getter: name the thing itself"),
     (re.compile(r"[ \t]+$"), "white space at the end of the line"),
     (re.compile(r"\t"), "a tab"),
 ]

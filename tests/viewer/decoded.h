@@ -34,9 +34,9 @@ struct DecodedChunk {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-class ByteReader {
+class MessageReader {
  public:
-  explicit ByteReader(const std::string& bytes) : bytes_(bytes) {}
+  explicit MessageReader(const std::string& bytes) : bytes_(bytes) {}
   template <typename T>
   T take() {
     T value{};
@@ -61,7 +61,7 @@ class ByteReader {
 };
 
 inline std::vector<DecodedChunk> decoded(const std::string& message) {
-  ByteReader reader(message);
+  MessageReader reader(message);
   EXPECT_EQ(reader.take<std::uint32_t>(), 0x31434650U) << "PFC1";
   std::vector<DecodedChunk> chunks(reader.take<std::uint32_t>());
   for (DecodedChunk& chunk : chunks) {
