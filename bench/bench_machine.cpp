@@ -48,7 +48,7 @@ float multiply_and_add(std::size_t rounds, float factor) {
   for (std::size_t k = 0; k < kChains; ++k) chain[k] = static_cast<float>(k);
   for (std::size_t r = 0; r < rounds; ++r) {
 #pragma GCC unroll 192
-    for (std::size_t k = 0; k < kChains; ++k) chain[k] = chain[k] * factor + 1.0F;
+    for (float& c : chain) c = c * factor + 1.0F;
   }
   float sum = 0;
   for (const float c : chain) sum += c;

@@ -167,6 +167,7 @@ kernels::RayWord word_of(const KernelFrame& pixels, std::size_t pixel) {
 // Passages of one list after the other, and the updates that have come together so far.
 class PassageFuser {
  public:
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): the buffers are filled as far as they are read
   PassageFuser(const FrameView& view, const RayTable& rays, const kernels::RayFrame& frame, kernels::RayVoxels& voxels)
       : view_(view), rays_(rays), frame_(frame), voxels_(voxels) {
     batch_.count = 0;
@@ -213,7 +214,7 @@ class PassageFuser {
   const RayTable& rays_;
   const kernels::RayFrame& frame_;
   kernels::RayVoxels& voxels_;
-  kernels::RayBatch batch_;  // both filled as far as they are read
+  kernels::RayBatch batch_;
   kernels::RayWords words_;
 };
 
