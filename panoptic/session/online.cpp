@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/session/online.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <new>
 #include <utility>
@@ -56,21 +58,23 @@ OnlinePipeline::~OnlinePipeline() {
 }
 
 void OnlinePipeline::start_threads() {
-  fusion_ = start(&OnlinePipeline::fuse_jobs);
-  if (predictor_ != nullptr) networks_ = start(&OnlinePipeline::predict_newest);
-  if (halves_) semantic_ = start(&OnlinePipeline::run_semantic);
-  regularizer_ = start(&OnlinePipeline::regularize_now_and_then);
-  surface_ = start(&OnlinePipeline::publish_now_and_then);
+  fusion_ = start("fusion", &OnlinePipeline::fuse_jobs);
+  if (predictor_ != nullptr) networks_ = start("networks", &OnlinePipeline::predict_newest);
+  if (halves_) semantic_ = start("semantic", &OnlinePipeline::run_semantic);
+  regularizer_ = start("regularizer", &OnlinePipeline::regularize_now_and_then);
+  surface_ = start("mesher", &OnlinePipeline::publish_now_and_then);
 }
 
-std::thread OnlinePipeline::start(void (OnlinePipeline::*stage)()) {
-  return std::thread([this, stage] {
+std::thread OnlinePipeline::start(const char* name, void (OnlinePipeline::*stage)()) {
+  std::thread thread([this, stage] {
     try {
       (this->*stage)();
     } catch (...) {
       fail(std::current_exception());
     }
   });
+  pthread_setname_np(thread.native_handle(), name);  // for top and debuggers
+  return thread;
 }
 
 bool OnlinePipeline::push(Frame frame) {

@@ -101,7 +101,7 @@ class OnlinePipeline {
     std::shared_ptr<const Segmentation> segmentation;
   };
 
-  std::thread start(void (OnlinePipeline::*stage)());
+  std::thread start(const char* name, void (OnlinePipeline::*stage)());
   void start_threads();
   bool count_arrival(const Arrival& arrived, BoundedQueue<Job>::Pushed pushed);
   void fail(std::exception_ptr failure);
