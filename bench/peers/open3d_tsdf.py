@@ -32,6 +32,7 @@ BAND_VOXELS = 4.0
 BLOCKS = 50000
 SEEN_ONCE = 0.0  # least weight of the voxels that enter Open3D's mesh, and its default
 SEEN_THRICE = 3.0
+EXTRACT = "--extract"
 
 
 class Frames:
@@ -117,16 +118,25 @@ def score(arguments, mesh):
 def surfaces(arguments, grid, volume, scratch):
     """Scores of the three meshes. Open3D's grid has a threshold of its own for what enters the mesh: the better one counts."""
     scores = {"ours": score(arguments, scratch / "ours.ply")}
-    meshes = {}
-    for weight in (SEEN_ONCE, SEEN_THRICE):
-        mesh = grid.extract_triangle_mesh(weight)
-        meshes[f"grid, weight over {weight:g}"] = (mesh.vertex["positions"].numpy(), mesh.triangle["indices"].numpy())
+    theirs = scratch / "theirs.ply"
     mesh = volume.extract_triangle_mesh()
-    meshes["volume"] = (np.asarray(mesh.vertices), np.asarray(mesh.triangles))
-    for name, (positions, triangles) in meshes.items():
-        write_ply(scratch / "theirs.ply", positions, triangles)
-        scores[name] = score(arguments, scratch / "theirs.ply")
+    write_ply(theirs, np.asarray(mesh.vertices), np.asarray(mesh.triangles))
+    scores["volume"] = score(arguments, theirs)
+    grid.save(str(scratch / "grid.npz"))
+    for weight in (SEEN_ONCE, SEEN_THRICE):
+        # In a process of its own: on some maps Open3D 0.16 ends the whole program with a failed assertion here.
+        extraction = subprocess.run([sys.executable, __file__, EXTRACT, scratch / "grid.npz", str(weight), theirs], capture_output=True)
+        name = f"grid, weight over {weight:g}"
+        if extraction.returncode == 0:
+            scores[name] = score(arguments, theirs)
+        else:
+            print(f"open3d_tsdf: Open3D could not extract the mesh of {name}", file=sys.stderr)
     return scores
+
+
+def extract(grid_file, weight, mesh_file):
+    mesh = o3d.t.geometry.VoxelBlockGrid.load(grid_file).extract_triangle_mesh(float(weight))
+    write_ply(pathlib.Path(mesh_file), mesh.vertex["positions"].numpy(), mesh.triangle["indices"].numpy())
 
 
 def compared(arguments, frames, voxel_m, scratch):
@@ -186,6 +196,9 @@ def main():
 
 if __name__ == "__main__":
     try:
-        main()
+        if sys.argv[1:2] == [EXTRACT]:
+            extract(*sys.argv[2:])
+        else:
+            main()
     except (subprocess.CalledProcessError, OSError) as failure:
         sys.exit(f"open3d_tsdf: {failure}")
