@@ -172,7 +172,7 @@ RequestHead Connection::read_head() {
   }
 }
 
-bool Connection::write(std::string_view bytes) {
+bool Connection::write(std::string_view bytes) const {
   const auto until = Clock::now() + limits_.write;
   while (!bytes.empty()) {
     const ssize_t count = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);

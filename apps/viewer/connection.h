@@ -40,7 +40,7 @@ class Connection {
   RequestHead read_head();
 
   // Sends all of it within the limit; false if the browser is gone or too slow.
-  bool write(std::string_view bytes);
+  bool write(std::string_view bytes) const;
 
   // Has the browser closed its side?
   bool is_left() const;

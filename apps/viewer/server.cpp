@@ -158,8 +158,8 @@ void send_bytes(httplib::Response& response, std::string_view bytes, const std::
 }  // namespace
 
 struct ViewerServer::State {
-  State(const ViewerOptions& viewer_options, SnapshotScene scene, const LatestSnapshot& latest)
-      : options(viewer_options), content(std::move(scene), latest) {}
+  State(ViewerOptions viewer_options, SnapshotScene scene, const LatestSnapshot& latest)
+      : options(std::move(viewer_options)), content(std::move(scene), latest) {}
 
   void bind();
   void handle(const httplib::Request& request, httplib::Response& response);
