@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <map>
+#include <thread>
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
@@ -171,6 +172,25 @@ TEST(NetworkPredictor, SeesTheKitchen) {
   EXPECT_GT(pixels.at("chair"), 10000);
   EXPECT_GT(pixels.at("cup"), 500);
   EXPECT_GT(pixels.at("floor"), 20000);
+}
+
+TEST(NetworkPredictor, ItsHalvesAtOnceJoinToWhatItPredicts) {
+  PANOPTIC_REQUIRE_SHARED("models");
+  PANOPTIC_REQUIRE_SHARED("data/kitchen");
+  const auto predictor = make_network_predictor(
+      {.semantic = {shipped("enet_scannet_nyu40")}, .instance = shipped("yolov8n_seg_coco")}, load_label_set("indoor"));
+  const Frame frame = frame_of(read_rgb(test::shared_folder() / "data/kitchen/frame-000000.color.jpg"));
+  const auto halves = predictor->halves();
+  ASSERT_TRUE(halves.has_value());
+  Image<ClassId> classes;
+  std::thread beside([&] { classes = halves->semantic(frame.color); });
+  const std::vector<Instance> instances = halves->instances(frame.color);
+  beside.join();
+  EXPECT_EQ(halves->join(classes, instances), predictor->predict(frame));
+}
+
+TEST(NetworkPredictor, OfOneNetworkHasNoHalves) {
+  EXPECT_FALSE(make_network_predictor(color_network(), color_labels())->halves().has_value());
 }
 
 TEST(NetworkPredictor, SeesTheOffice) {
