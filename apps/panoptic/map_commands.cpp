@@ -63,8 +63,8 @@ std::vector<double> numbers_from(const std::string& text, std::size_t count, con
     const auto [next, error] = std::from_chars(at, end, value);
     if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) break;
     numbers.push_back(value);
-    at = next == end ? next : next + 1;
     if (next + 1 == end) break;  // a comma at the end
+    at = next == end ? next : next + 1;
   }
   if (at == end && numbers.size() == count) return numbers;
   throw UsageError(fmt::format("{} takes {} numbers with commas between them, not '{}'", flag, count, text));

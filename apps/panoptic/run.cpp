@@ -81,7 +81,11 @@ void map_frames(FrameStream& stream, Run& run, Progress& progress) {
       run.session.skip(read->skipped);
       if (run.checkpoints) run.checkpoints->note({.frame = read->skipped.index, .unused_because = read->skipped.reason});
     }
-    if (run.checkpoints) run.checkpoints->after_frame(run.session);
+    if (run.checkpoints) {
+      const Stopwatch saving;
+      run.checkpoints->after_frame(run.session);
+      run.session.profile().add("save", saving.seconds());
+    }
   }
 }
 

@@ -140,10 +140,11 @@ Statement& Statement::bind_null() {
 bool Statement::step() {
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
-  if (code != SQLITE_DONE) database_.fail();
+  // Also after a failure: it may be tried again. What failed stays known to the connection.
   sqlite3_reset(statement_.get());
   sqlite3_clear_bindings(statement_.get());
   bound_ = 0;
+  if (code != SQLITE_DONE) database_.fail();
   return false;
 }
 

@@ -146,11 +146,12 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
     resume(identity, session);
     return;
   }
-  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::create(settings_.path, {identity.options.map, session.labels()}));
-  lock_ = std::make_unique<Lock>(settings_.path);
-  pending_ = copy(session, false);  // so that a run which is killed at once can be resumed too
-  writer_->write(pending_->update, false);
+  // With all that resuming needs from the first moment: the process may be killed at any.
+  pending_ = copy(session, false);
+  save_map(settings_.path, {identity.options.map, session.labels()}, pending_->update);
   collect();
+  lock_ = std::make_unique<Lock>(settings_.path);
+  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, load_map(settings_.path)));
 }
 
 void Checkpoints::resume(const RunIdentity& identity, Session& session) {
