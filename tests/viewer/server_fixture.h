@@ -32,7 +32,7 @@ class Served : public testing::Test {
     start();
   }
 
-  void start(ViewerOptions options = {.port = 0}) {
+  void start(const ViewerOptions& options = {.port = 0}) {
     server_ = std::make_unique<ViewerServer>(options, world_.scene(), latest_);
     port_ = port_of(*server_);
   }

@@ -205,7 +205,7 @@ TEST_F(ServerRefuses, ToBeSlowedByBrowsersThatDoNotReadOrVanish) {
 
 TEST_F(ServerRefuses, ToFallOverRandomBytes) {
   std::mt19937_64 random(20260101);
-  const std::string alphabet = "GET /api/chunks?k=,-%&=0123456789 HTTP/1.1\r\nHost: \r\n\r\nRange: bytes=\t\0\xff";
+  const std::string alphabet = "GET /api/chunks?k=,-%&=0123456789 HTTP/1.1\r\nHost: \r\n\r\nRange: bytes=\t\xff";
   for (int n = 0; n < 300; ++n) {
     std::string bytes = n % 3 == 0 ? "" : "GET /api/";
     for (std::uint64_t i = random() % 400; i > 0; --i) {

@@ -21,7 +21,6 @@ using test::HttpAnswer;
 using test::port_of;
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 using testing::StartsWith;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
