@@ -6,6 +6,7 @@ namespace panoptic {
 
 void FrameLog::count_used(const TimedPose& pose) {
   if (used_ % pose_every_ == 0) {
+    trajectory_.reserve(kMaxPoses);  // all at once: a long run shall hold no more than a short one
     if (trajectory_.size() == kMaxPoses) {
       for (std::size_t i = 0; 2 * i < kMaxPoses; ++i) trajectory_[i] = trajectory_[2 * i];
       trajectory_.resize(kMaxPoses / 2);
