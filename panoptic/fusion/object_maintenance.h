@@ -43,8 +43,8 @@ Fields fields(MaintenanceOptions& options);
 
 // What is known of the recording by now.
 struct SoFar {
-  Vec3d up = -Vec3d::UnitY();    // roughly upwards in the world, unit length
-  std::int64_t frame = 0;        // number of the newest frame that was used
+  Vec3d up = -Vec3d::UnitY();  // roughly upwards in the world, unit length
+  std::int64_t frame = 0;      // number of the newest frame that was used
   std::uint64_t frames_used = 0;
 };
 

@@ -13,7 +13,6 @@
 namespace panoptic {
 namespace {
 
-
 using Counts = std::vector<std::pair<PanopticId, int>>;
 
 // The most frequent label around a hole, other holes left out; kNoVote where there is nothing. `counts` is for reuse.
