@@ -148,6 +148,35 @@ void add_live(CLI::App& run, Arguments& a) {
   add_viewer(run, a);
 }
 
+void add_run(CLI::App& run, Arguments& a) {
+  add_recording(run, a);
+  add_networks(run, a);
+  run.add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
+  run.add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
+  add_map_file(run, a);
+  add_live(run, a);
+  run.footer("Without networks and predictions, geometry and colour are mapped.");
+}
+
+void add_prediction(CLI::App& predict, Arguments& a) {
+  add_recording(predict, a);
+  add_networks(predict, a);
+  predict.add_option("-o,--output", a.output, "folder for the predictions")->required();
+}
+
+void add_view(CLI::App& view, Arguments& a) {
+  view.add_option("out", a.viewed, "folder of a run")->required();
+  add_viewer(view, a);
+}
+
+void add_benchmark(CLI::App& benchmark, Arguments& a) {
+  benchmark.add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
+  benchmark.add_option("--group", a.group,
+                       "answer this question alone, named as the report names it: 'Regularizer', 'Voxel size' ...");
+  benchmark.add_option("-o,--output", a.output, "folder for report.md, report.json and charts")->required();
+  add_threads(benchmark, a);
+}
+
 }  // namespace
 
 Arguments parse_arguments(int argc, char** argv) {
@@ -157,43 +186,15 @@ Arguments parse_arguments(int argc, char** argv) {
   app.set_version_flag("--version", fmt::format("panoptic {}", PANOPTIC_VERSION));
   app.footer(kFooter);
   app.require_subcommand(1);
-
-  CLI::App* run = app.add_subcommand("run", "map a recording");
-  add_recording(*run, a);
-  add_networks(*run, a);
-  run->add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
-  run->add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
-  add_map_file(*run, a);
-  add_live(*run, a);
-  run->footer("Without networks and predictions, geometry and colour are mapped.");
-
-  CLI::App* predict = app.add_subcommand("predict", "run the networks over a recording and write their predictions to disk");
-  add_recording(*predict, a);
-  add_networks(*predict, a);
-  predict->add_option("-o,--output", a.output, "folder for the predictions")->required();
-
-  CLI::App* doctor = app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames");
-  add_recording(*doctor, a);
-
+  add_run(*app.add_subcommand("run", "map a recording"), a);
+  add_prediction(*app.add_subcommand("predict", "run the networks over a recording and write their predictions to disk"), a);
+  add_recording(*app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames"), a);
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
-
   add_map_commands(app, a);
-
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
-
-  CLI::App* view = app.add_subcommand("view", "look at a finished map in the browser");
-  view->add_option("out", a.viewed, "folder of a run")->required();
-  add_viewer(*view, a);
-
+  add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
-
-  CLI::App* benchmark = app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts");
-  benchmark->add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
-  benchmark->add_option("--group", a.group,
-                        "answer this question alone, named as the report names it: 'Regularizer', 'Voxel size' ...");
-  benchmark->add_option("-o,--output", a.output, "folder for report.md, report.json and charts")->required();
-  add_threads(*benchmark, a);
-
+  add_benchmark(*app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts"), a);
   app.add_subcommand("options", "list every option with its default, range and meaning");
 
   try {

@@ -105,7 +105,7 @@ void integrate_label_slices(const KernelFrame& frame, const BlockInCamera& place
   }
 }
 
-template <bool kLabelsOnly>
+template <bool LabelsOnly>
 [[gnu::always_inline]] static inline void fuse_slices(const KernelFrame& frame_in, const BlockInCamera& place_in,
                                                       const Band& band_in, VoxelBlock& block) {
   const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
@@ -124,7 +124,7 @@ template <bool kLabelsOnly>
       if (!any_near(s, row)) continue;
       weigh(frame, band, s, row, r);
       const auto first = static_cast<std::size_t>(slice * kSlice + row * kRow);
-      if constexpr (kLabelsOnly) {
+      if constexpr (LabelsOnly) {
         fuse_labels(block, first, frame.votes, r);
       } else {
         fuse_row(block, first, frame.votes, r);

@@ -84,6 +84,8 @@ class MapFileWriter {
   // Goes on in a file that was loaded as `saved`.
   static MapFileWriter open(const std::filesystem::path& path, const SavedMap& saved);
 
+  MapFileWriter(const MapFileWriter&) = delete;
+  MapFileWriter& operator=(const MapFileWriter&) = delete;
   MapFileWriter(MapFileWriter&&) noexcept;
   MapFileWriter& operator=(MapFileWriter&&) noexcept;
   ~MapFileWriter();  // as close, but says nothing
