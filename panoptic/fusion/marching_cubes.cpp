@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <functional>
 
@@ -125,7 +126,7 @@ class ChunkBuilder {
   // REQUIRES weight > 0. What an object says counts more than once, so its labels may weigh more than the voxel.
   static std::uint8_t confidence(float label_weight, float weight) {
     const float share = label_weight / weight;
-    return static_cast<std::uint8_t>((share < 1 ? share : 1.0F) * 255.0F + 0.5F);
+    return static_cast<std::uint8_t>(std::lround((share < 1 ? share : 1.0F) * 255.0F));
   }
 
   // 8.8 fixed point; 0 = that voxel has no colour yet, so the other one decides.

@@ -93,7 +93,7 @@ class PayloadWriter {
   void begin() {
     base_ = payload_.size();
     payload_.resize(base_ + sizeof(Number) * count_);
-    for (std::size_t k = 0; k < sizeof(Number); ++k) parts_.push_back({base_ + k * count_, count_});
+    for (std::size_t k = 0; k < sizeof(Number); ++k) parts_.emplace_back(base_ + k * count_, count_);
   }
   template <typename Number>
   void put(std::size_t i, Number value) {
@@ -103,11 +103,11 @@ class PayloadWriter {
   }
   // What follows has so many numbers.
   void resize(std::size_t count) { count_ = count; }
-  void add_part(std::size_t begin, std::size_t size) { parts_.push_back({begin, size}); }
+  void add_part(std::size_t begin, std::size_t size) { parts_.emplace_back(begin, size); }
 
   std::vector<std::span<const std::uint8_t>> parts() const {
     std::vector<std::span<const std::uint8_t>> all;
-    for (const auto& [begin, size] : parts_) all.push_back(std::span(payload_).subspan(begin, size));
+    for (const auto& [begin, size] : parts_) all.emplace_back(std::span(payload_).subspan(begin, size));
     return all;
   }
 

@@ -107,26 +107,7 @@ std::vector<Bytes> encode_blocks(const std::vector<BlockCopy>& blocks, bool in_p
   return encoded;
 }
 
-}  // namespace
-
-struct MapFileWriter::State {
-  State(const std::filesystem::path& path, const MapHeader& header)
-      : database(path, DatabaseAccess::kWrite),
-        voxel_size_m(header.options.voxel_size_m),
-        objects(database, double{header.options.voxel_size_m}) {}
-
-  void put_blocks(const std::vector<BlockCopy>& blocks, const std::vector<Bytes>& encoded);
-  void put_states(const std::map<std::string, Bytes>& states);
-  LabelExtents all_extents(const std::vector<BlockCopy>& blocks);
-
-  Database database;
-  float voxel_size_m;
-  ObjectTableWriter objects;
-  std::vector<LabelExtents> extents;             // by slot, as far as was written
-  std::map<std::string, std::uint64_t> written;  // states: checksum of what was written last
-};
-
-void MapFileWriter::State::put_blocks(const std::vector<BlockCopy>& blocks, const std::vector<Bytes>& encoded) {
+void put_blocks(const Database& database, const std::vector<BlockCopy>& blocks, const std::vector<Bytes>& encoded) {
   Statement put(database,
                 "INSERT OR REPLACE INTO blocks(slot, x, y, z, changed_at, checksum, voxels) VALUES(?, ?, ?, ?, ?, ?, ?)");
   for (std::size_t i = 0; i < blocks.size(); ++i) {
@@ -137,6 +118,24 @@ void MapFileWriter::State::put_blocks(const std::vector<BlockCopy>& blocks, cons
     put.bind(changed).bind(sum).bind(std::span<const std::uint8_t>(encoded[i])).run();
   }
 }
+
+}  // namespace
+
+struct MapFileWriter::State {
+  State(const std::filesystem::path& path, const MapHeader& header)
+      : database(path, DatabaseAccess::kWrite),
+        voxel_size_m(header.options.voxel_size_m),
+        objects(database, double{header.options.voxel_size_m}) {}
+
+  void put_states(const std::map<std::string, Bytes>& states);
+  LabelExtents all_extents(const std::vector<BlockCopy>& blocks);
+
+  Database database;
+  float voxel_size_m;
+  ObjectTableWriter objects;
+  std::vector<LabelExtents> extents;             // by slot, as far as was written
+  std::map<std::string, std::uint64_t> written;  // states: checksum of what was written last
+};
 
 void MapFileWriter::State::put_states(const std::map<std::string, Bytes>& states) {
   Statement put(database, "INSERT OR REPLACE INTO state(name, size, checksum, bytes) VALUES(?, ?, ?, ?)");
@@ -219,7 +218,7 @@ void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
   const RegistryState registry = update.objects.state();
   try {
     Transaction transaction(database);
-    state_->put_blocks(update.blocks, encoded);
+    put_blocks(database, update.blocks, encoded);
     state_->objects.write(std::move(rows));
     put_frames(database, update.frames);
     state_->put_states(update.notes.states);
