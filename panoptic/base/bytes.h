@@ -41,7 +41,7 @@ class ByteReader {
         return 0;
       }
       std::uint64_t number = 0;
-      for (std::size_t k = 0; k < sizeof number && k < sizeof(Number); ++k) number |= std::uint64_t{left_[k]} << (8 * k);
+      for (std::size_t k = 0; k < sizeof(Number); ++k) number |= std::uint64_t{left_[k]} << (8 * k);
       left_ = left_.subspan(sizeof(Number));
       return static_cast<Number>(number);
     }
