@@ -19,31 +19,18 @@
 
 #include "panoptic/base/error.h"
 #include "panoptic/session/online.h"
-#include "tests/fusion/scenes.h"
+#include "tests/session/ball_on_floor.h"
 
 namespace panoptic::test {
 
 using namespace std::chrono_literals;
 
 inline Frame orbit_frame(int i) {
-  static const Surface kScene = nearest_of({sphere({0, 0, 0}, 0.6), plane(Vec3d::UnitY(), 0.6)});
+  static const Surface kScene = ball_on_floor();
   const double angle = 0.1 * i;
   Frame frame = render(kScene, small_camera(64, 48), look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), i);
   frame.time_s = 100 + i / 30.0;
   return frame;
-}
-
-// The ball is a chair, the floor is floor.
-inline Segmentation segmented(const Frame& frame) {
-  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()),
-                 {{ClassId{3}, 0.9F, {{ClassId{3}, 1.0F}}}, {ClassId{2}, 1, {}}}};
-  for (int v = 0; v < frame.depth.height(); ++v) {
-    for (int u = 0; u < frame.depth.width(); ++u) {
-      const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-      s.segment_at(u, v) = p.y() > 0.599 ? 2 : 1;
-    }
-  }
-  return s;
 }
 
 // Makes each stage sleep for random times, and one of them throw at its n-th piece of work: what stages do to each other when the

@@ -7,35 +7,23 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/fusion/scenes.h"
+#include "tests/session/ball_on_floor.h"
 
 namespace panoptic {
 namespace {
 
 using test::look_at;
 using test::render;
+using test::segmented;
 using test::small_camera;
 
 Frame orbit_frame(int i) {
-  const test::Surface scene = test::nearest_of({test::sphere({0, 0, 0}, 0.6), test::plane(Vec3d::UnitY(), 0.6)});
+  const test::Surface scene = test::ball_on_floor();
   const double angle = 0.05 * i;
   Frame frame = render(scene, small_camera(), look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), i);
   frame.time_s = i / 30.0;
   frame.color_from_depth.translation() = Vec3d(0.03, 0, 0);
   return frame;
-}
-
-// The ball is a chair, the floor is floor.
-Segmentation segmented(const Frame& frame) {
-  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()),
-                 {{ClassId{3}, 0.9F, {{ClassId{3}, 1.0F}}}, {ClassId{2}, 1, {}}}};
-  for (int v = 0; v < frame.depth.height(); ++v) {
-    for (int u = 0; u < frame.depth.width(); ++u) {
-      const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-      s.segment_at(u, v) = p.y() > 0.599 ? 2 : 1;
-    }
-  }
-  return s;
 }
 
 struct PublishedRun {
