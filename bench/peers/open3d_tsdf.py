@@ -21,8 +21,6 @@ import sys
 import tempfile
 import time
 
-os.environ.setdefault("OMP_WAIT_POLICY", "active")  # before Open3D loads: passive waiting costs it a factor of 2 to 3
-
 import numpy as np  # noqa: E402
 import open3d as o3d  # noqa: E402
 
@@ -32,6 +30,7 @@ BAND_VOXELS = 4.0
 BLOCKS = 50000
 SEEN_ONCE = 0.0  # least weight of the voxels that enter Open3D's mesh, and its default
 SEEN_THRICE = 3.0
+THEIRS = "--theirs"  # modes of this script that run in processes of their own
 EXTRACT = "--extract"
 
 
@@ -115,23 +114,23 @@ def score(arguments, mesh):
     return json.loads(result.stdout)
 
 
-def surfaces(arguments, grid, volume, scratch):
+def surfaces(arguments, scratch):
     """Scores of the three meshes. Open3D's grid has a threshold of its own for what enters the mesh: the better one counts."""
-    scores = {"ours": score(arguments, scratch / "ours.ply")}
-    theirs = scratch / "theirs.ply"
-    mesh = volume.extract_triangle_mesh()
-    write_ply(theirs, np.asarray(mesh.vertices), np.asarray(mesh.triangles))
-    scores["volume"] = score(arguments, theirs)
-    grid.save(str(scratch / "grid.npz"))
+    scores = {"ours": score(arguments, scratch / "ours.ply"), "volume": score(arguments, scratch / "volume.ply")}
     for weight in (SEEN_ONCE, SEEN_THRICE):
         # In a process of its own: on some maps Open3D 0.16 ends the whole program with a failed assertion here.
-        extraction = subprocess.run([sys.executable, __file__, EXTRACT, scratch / "grid.npz", str(weight), theirs], capture_output=True)
+        extraction = again(EXTRACT, scratch / "grid.npz", weight, scratch / "grid.ply", capture_output=True)
         name = f"grid, weight over {weight:g}"
         if extraction.returncode == 0:
-            scores[name] = score(arguments, theirs)
+            scores[name] = score(arguments, scratch / "grid.ply")
         else:
             print(f"open3d_tsdf: Open3D could not extract the mesh of {name}", file=sys.stderr)
     return scores
+
+
+def again(mode, *arguments, **options):
+    """This script in another mode, as a process of its own."""
+    return subprocess.run([sys.executable, __file__, mode, *(str(a) for a in arguments)], **options)
 
 
 def extract(grid_file, weight, mesh_file):
@@ -139,21 +138,36 @@ def extract(grid_file, weight, mesh_file):
     write_ply(pathlib.Path(mesh_file), mesh.vertex["positions"].numpy(), mesh.triangle["indices"].numpy())
 
 
-def compared(arguments, frames, voxel_m, scratch):
+def theirs(scratch, voxel_m, with_meshes):
+    """One round of Open3D's two: times and surfaces go to files."""
+    scratch = pathlib.Path(scratch)
+    frames = Frames(scratch / "raw")
+    grid_ms, grid = voxel_block_grid(frames, float(voxel_m))
+    volume_ms, volume = scalable_volume(frames, float(voxel_m))
+    (scratch / "theirs.json").write_text(json.dumps({"grid_ms": grid_ms, "volume_ms": volume_ms}), encoding="utf-8")
+    if not with_meshes:
+        return
+    mesh = volume.extract_triangle_mesh()
+    write_ply(scratch / "volume.ply", np.asarray(mesh.vertices), np.asarray(mesh.triangles))
+    grid.save(str(scratch / "grid.npz"))
+
+
+def compared(arguments, voxel_m, scratch):
     our_p50, grid_ms, volume_ms = [], [], []
-    grid = volume = None
-    for _ in range(arguments.rounds):
+    for done in range(arguments.rounds):
         our_p50.append(ours(arguments, voxel_m, scratch))
-        grid = volume = None  # theirs of the last round goes before the next is made
-        times, grid = voxel_block_grid(frames, voxel_m)
-        grid_ms.append(times)
-        times, volume = scalable_volume(frames, voxel_m)
-        volume_ms.append(times)
+        # At its best: passive waiting costs it a factor of 2 to 3. In a process of its own, because threads that wait actively keep
+        # a core busy as long as they live, which would halve our speed.
+        with_meshes = "meshes" if arguments.truth and done == arguments.rounds - 1 else ""
+        again(THEIRS, scratch, voxel_m, with_meshes, check=True, env={**os.environ, "OMP_WAIT_POLICY": "active"})
+        times = json.loads((scratch / "theirs.json").read_text(encoding="utf-8"))
+        grid_ms.append(times["grid_ms"])
+        volume_ms.append(times["volume_ms"])
     row = {"voxel_m": voxel_m, "ours_ms": min(our_p50), "grid_ms": statistics.median(np.min(grid_ms, axis=0)),
            "volume_ms": statistics.median(np.min(volume_ms, axis=0))}
     row["ratio"] = min(row["grid_ms"], row["volume_ms"]) / row["ours_ms"]
     if arguments.truth:
-        row["surface"] = surfaces(arguments, grid, volume, scratch)
+        row["surface"] = surfaces(arguments, scratch)
     return row
 
 
@@ -180,7 +194,7 @@ def main():
         scratch = pathlib.Path(folder)
         bench(arguments, "--raw-frames", scratch / "raw")
         frames = Frames(scratch / "raw")
-        rows = [compared(arguments, frames, float(voxel_m), scratch) for voxel_m in arguments.voxels.split(",")]
+        rows = [compared(arguments, float(voxel_m), scratch) for voxel_m in arguments.voxels.split(",")]
     result = {"open3d": o3d.__version__, "frames": len(frames), "cores": os.cpu_count(), "rows": rows}
     if arguments.json:
         arguments.json.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
@@ -196,7 +210,9 @@ def main():
 
 if __name__ == "__main__":
     try:
-        if sys.argv[1:2] == [EXTRACT]:
+        if sys.argv[1:2] == [THEIRS]:
+            theirs(*sys.argv[2:])
+        elif sys.argv[1:2] == [EXTRACT]:
             extract(*sys.argv[2:])
         else:
             main()
