@@ -300,7 +300,7 @@ int run(const Arguments& arguments) {
   if (!arguments.calibration.empty()) run.summary.calibration = std::filesystem::absolute(arguments.calibration).string();
   run.summary.predictor = predictor_text(options);
   if (!arguments.map.empty()) keep_map_file(arguments, options, run);
-  if (viewer) run.publisher = std::make_unique<LoopPublisher>(session, latest, range.count(dataset->size()));
+  if (viewer && !arguments.online) run.publisher = std::make_unique<LoopPublisher>(session, latest, range.count(dataset->size()));
   const Stopwatch stopwatch;
   const std::string failure = arguments.online ? map_online(*dataset, {range, arguments.speed.value_or(1)}, run, options.online)
                                                : map_offline(*dataset, range, run);
