@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/map/block_codec.h"
 #include "panoptic/map/map_rows.h"
@@ -47,7 +48,7 @@ void put_classes(Database& database, const LabelSet& labels) {
 void put_header(Database& database, const MapHeader& header) {
   MapOptions options = header.options;
   put_meta(database, kMetaUnits, kUnits);
-  put_meta(database, kMetaMap, to_toml(fields(options)));
+  put_meta(database, kMetaMap, to_toml(grid_fields(options)));
   put_meta(database, kMetaLabelSet, header.labels.name());
   put_meta(database, kMetaEpoch, "1");
   put_meta(database, kMetaIdsGiven, "0");
@@ -83,12 +84,6 @@ std::filesystem::path partial_beside(const std::filesystem::path& path) {
 void remove_database(const std::filesystem::path& path) {
   std::error_code ignored;
   for (const char* suffix : {"", "-wal", "-shm", "-journal"}) std::filesystem::remove(path.string() + suffix, ignored);
-}
-
-void rename_file(const std::filesystem::path& from, const std::filesystem::path& to) {
-  std::error_code error;
-  std::filesystem::rename(from, to, error);
-  if (error) throw Error(fmt::format("cannot write {}: {}; choose another name", to.string(), error.message()));
 }
 
 std::vector<Bytes> encode_blocks(const std::vector<BlockCopy>& blocks, bool in_parallel) {
@@ -176,8 +171,7 @@ MapFileWriter::~MapFileWriter() {
 }
 
 MapFileWriter MapFileWriter::create(const std::filesystem::path& path, const MapHeader& header) {
-  std::error_code ignored;
-  if (std::filesystem::exists(std::filesystem::symlink_status(path, ignored))) {
+  if (is_there(path)) {
     throw Error(fmt::format("{} is there already; choose another name or remove it", path.string()));
   }
   // Made aside, so that a file of this name is a map from the first moment.
@@ -249,8 +243,7 @@ MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects) {
 
 void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update) {
   const std::filesystem::path partial = path.parent_path() / fmt::format(".{}.{}.new", path.filename().string(), ::getpid());
-  std::error_code ignored;
-  if (std::filesystem::exists(path.string() + "-wal", ignored)) {
+  if (is_there(path.string() + "-wal")) {
     throw Error(fmt::format("{} is being written, or was when its run ended early: finish that run, or choose another name",
                             path.string()));
   }

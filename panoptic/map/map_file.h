@@ -52,8 +52,8 @@ struct SavedMap {
   MapNotes notes;
 };
 
-// Throws Error if the file is no sound map.
-SavedMap load_map(const std::filesystem::path& path);
+// Throws Error if the file is no sound map. `place` says by its memory_limit_mb and swap_folder how the map lies in memory.
+SavedMap load_map(const std::filesystem::path& path, const MapOptions& place = {});
 std::vector<FrameRecord> load_frames(const std::filesystem::path& path);
 
 // A block as it is to be saved.

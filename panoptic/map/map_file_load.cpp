@@ -79,7 +79,7 @@ LabelSet read_labels(Database& database, const std::string& name) {
 MapHeader read_header(Database& database, const std::map<std::string, std::string>& meta) {
   MapHeader header;
   read_toml_text(meta_value(database, meta, kMetaMap), fmt::format("map file {}: meta 'map'", database.path().string()),
-                 fields(header.options));
+                 grid_fields(header.options));
   header.labels = read_labels(database, meta_value(database, meta, kMetaLabelSet));
   return header;
 }
@@ -196,7 +196,7 @@ std::map<std::string, Bytes> read_states(Database& database) {
 
 }  // namespace
 
-SavedMap load_map(const std::filesystem::path& path) {
+SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   Database database(path, DatabaseAccess::kRead);
   require_map(database);
   Transaction snapshot(database, false);  // all of one moment, also while another process writes
@@ -209,6 +209,8 @@ SavedMap load_map(const std::filesystem::path& path) {
   RegistryState registry{read_objects(database, first, ids_given),
                          static_cast<std::size_t>(meta_integer(database, meta, kMetaCreated, kMostEpoch))};
   require_ends(database, registry.objects, first);
+  header.options.memory_limit_mb = place.memory_limit_mb;
+  header.options.swap_folder = place.swap_folder;
   VoxelMap map(header.options);
   const auto highest = static_cast<std::uint16_t>(first + ids_given - 1);
   read_blocks(database, map, std::max<std::int64_t>(1, meta_integer(database, meta, kMetaEpoch, kMostEpoch)), {highest});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <numeric>
 
 #include "panoptic/base/error.h"
@@ -31,22 +32,42 @@ std::uint64_t hash_bytes(const void* data, std::size_t size, std::uint64_t seed)
   return mixed(lanes[0] + mixed(lanes[1] + mixed(lanes[2] + mixed(lanes[3]))));
 }
 
+constexpr std::size_t kMegabyte = 1000000;
+
+std::unique_ptr<BlockPager> pager_for(const MapOptions& options) {
+  if (options.memory_limit_mb == 0) return nullptr;
+  return std::make_unique<BlockPager>(
+      static_cast<std::size_t>(options.memory_limit_mb) * kMegabyte,
+      options.swap_folder.empty() ? std::filesystem::temp_directory_path() : std::filesystem::path(options.swap_folder));
+}
+
 }  // namespace
 
-Fields fields(MapOptions& o) {
+Fields grid_fields(MapOptions& o) {
   return {{"voxel_size_m", &o.voxel_size_m, "edge of a voxel in metres", in_range(0.001, 1)},
           {"truncation_voxels", &o.truncation_voxels, "half width of the updated band around the surface, in voxels",
            in_range(1, 32)}};
 }
 
+Fields fields(MapOptions& o) {
+  Fields all = grid_fields(o);
+  all.push_back({"memory_limit_mb", &o.memory_limit_mb,
+                 "megabytes of voxels to keep in memory, the rest lies in a file until it is needed; 0: no limit",
+                 in_range(0, 1e6)});
+  all.push_back({"swap_folder", &o.swap_folder, "where that file lies; empty: the output folder", {}});
+  return all;
+}
+
 VoxelMap::VoxelMap(const MapOptions& options)
     : voxel_size_m_(options.voxel_size_m),
       truncation_m_(options.truncation_voxels * options.voxel_size_m),
+      pager_(pager_for(options)),
       table_keys_(kInitialTable, 0),
       table_slots_(kInitialTable, kNoSlot) {}
 
 std::size_t VoxelMap::memory_bytes() const {
-  return blocks_.size() * (sizeof(VoxelBlock) + sizeof(blocks_[0]) + sizeof(indices_[0]) + sizeof(changed_at_[0])) +
+  const std::size_t voxels = pager_ ? pager_->blocks_in_memory() : blocks_.size();
+  return voxels * sizeof(VoxelBlock) + blocks_.size() * (sizeof(blocks_[0]) + sizeof(indices_[0]) + sizeof(changed_at_[0])) +
          table_keys_.size() * (sizeof(table_keys_[0]) + sizeof(table_slots_[0]));
 }
 
@@ -65,7 +86,7 @@ Slot VoxelMap::find_slot(BlockIndex index) const {
 
 const VoxelBlock* VoxelMap::find(BlockIndex index) const {
   const Slot slot = find_slot(index);
-  return slot == kNoSlot ? nullptr : blocks_[slot].get();
+  return slot == kNoSlot ? nullptr : &block(slot);
 }
 
 Slot VoxelMap::allocate(BlockIndex index) {
@@ -77,7 +98,11 @@ Slot VoxelMap::allocate(BlockIndex index) {
     place = probe(pack(index));
   }
   const auto slot = static_cast<Slot>(blocks_.size());
-  blocks_.push_back(std::make_unique<VoxelBlock>());
+  if (pager_) {
+    blocks_.push_back(pager_->add());
+  } else {
+    blocks_.push_back(in_heap_.emplace_back(std::make_unique<VoxelBlock>()).get());
+  }
   indices_.push_back(index);
   changed_at_.push_back(epoch_);
   table_keys_[place] = pack(index) + 1;
@@ -118,9 +143,8 @@ std::uint64_t VoxelMap::hash() const {
   std::iota(order.begin(), order.end(), Slot{0});
   std::sort(order.begin(), order.end(), [&](Slot a, Slot b) { return pack(indices_[a]) < pack(indices_[b]); });
   std::vector<std::uint64_t> hashes(order.size());
-  parallel_for(order.size(), [&](std::size_t i) {
-    hashes[i] = hash_bytes(blocks_[order[i]].get(), sizeof(VoxelBlock), pack(indices_[order[i]]));
-  });
+  parallel_for(order.size(),
+               [&](std::size_t i) { hashes[i] = hash_bytes(&block(order[i]), sizeof(VoxelBlock), pack(indices_[order[i]])); });
   return std::accumulate(hashes.begin(), hashes.end(), std::uint64_t{blocks_.size()},
                          [](std::uint64_t sum, std::uint64_t h) { return mixed(sum * 31 + h); });
 }

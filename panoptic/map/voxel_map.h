@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The map: voxel blocks in a hash table (Niessner et al. 2013). Blocks are aligned, never move and are never freed while the
-// map lives, so a pointer stays good.
+// map lives, so a pointer stays good. Under a memory limit, blocks that were not used for long lie in a file meanwhile
+// (block_pager.h); the map is the same, bit for bit.
 //
 // Threads: find and the const functions may run side by side; allocate and mark_changed need the map for themselves.
 // Writing voxels of different blocks from different threads is fine; the map takes no lock.
@@ -11,12 +12,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "panoptic/base/config.h"
 #include "panoptic/base/geometry.h"
 #include "panoptic/map/block_index.h"
+#include "panoptic/map/block_pager.h"
 #include "panoptic/map/voxel_block.h"
 
 namespace panoptic {
@@ -24,14 +27,18 @@ namespace panoptic {
 struct MapOptions {
   float voxel_size_m = 0.024F;
   float truncation_voxels = 4;  // half width of the band in which voxels are updated
+  int memory_limit_mb = 0;      // of 1e6 bytes; 0 = none
+  std::string swap_folder;      // of the file that holds what is beyond the limit; empty = the system's for temporary files
 };
 Fields fields(MapOptions& options);
+Fields grid_fields(MapOptions& options);  // those that decide what the map is: not where it lies
 
 // Number of a block within its map: 0, 1, 2 ... in the order of allocation.
 using Slot = std::uint32_t;
 
 class VoxelMap {
  public:
+  // Throws Error if there is a memory limit and the swap folder cannot be written.
   explicit VoxelMap(const MapOptions& options);
 
   float voxel_size_m() const { return voxel_size_m_; }
@@ -39,23 +46,35 @@ class VoxelMap {
   float block_size_m() const { return voxel_size_m_ * kBlockSide; }
 
   std::size_t block_count() const { return blocks_.size(); }
-  std::size_t memory_bytes() const;
+  std::size_t memory_bytes() const;  // without what lies in the file alone
+  // nullptr without a memory limit.
+  const BlockPager* pager() const { return pager_.get(); }
 
   // nullptr if the block was never allocated.
   const VoxelBlock* find(BlockIndex index) const;
   static constexpr Slot kNoSlot = ~Slot{0};
   Slot find_slot(BlockIndex index) const;
 
-  VoxelBlock& block(Slot slot) { return *blocks_[slot]; }
-  const VoxelBlock& block(Slot slot) const { return *blocks_[slot]; }
+  VoxelBlock& block(Slot slot) {
+    if (pager_) pager_->touch(slot);
+    return *blocks_[slot];
+  }
+  const VoxelBlock& block(Slot slot) const {
+    if (pager_) pager_->touch(slot);
+    return *blocks_[slot];
+  }
   BlockIndex index_of(Slot slot) const { return indices_[slot]; }
 
   // The slot of the block, newly made (all zero, changed in the current epoch) if it was absent. REQUIRES in_range(index).
+  // Throws Error if there is a memory limit and no space for the file.
   Slot allocate(BlockIndex index);
 
   // Epochs instead of dirty flags: every reader keeps the last epoch that it saw (0 at first) and asks for what changed since.
   // begin_epoch starts a new one; mark_changed stamps a block with it.
-  std::uint64_t begin_epoch() { return ++epoch_; }
+  std::uint64_t begin_epoch() {
+    if (pager_) pager_->tick();
+    return ++epoch_;
+  }
   std::uint64_t epoch() const { return epoch_; }
   void mark_changed(Slot slot) { changed_at_[slot] = epoch_; }
   std::uint64_t changed_at(Slot slot) const { return changed_at_[slot]; }
@@ -77,7 +96,9 @@ class VoxelMap {
   float voxel_size_m_;
   float truncation_m_;
   std::uint64_t epoch_ = 1;
-  std::vector<std::unique_ptr<VoxelBlock>> blocks_;
+  std::unique_ptr<BlockPager> pager_;                 // owns the blocks, if there is a memory limit
+  std::vector<std::unique_ptr<VoxelBlock>> in_heap_;  // else
+  std::vector<VoxelBlock*> blocks_;
   std::vector<BlockIndex> indices_;
   std::vector<std::uint64_t> changed_at_;
   std::vector<std::uint64_t> table_keys_;  // open addressing, power of two, key + 1 (0 = free)

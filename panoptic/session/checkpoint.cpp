@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/session/session_notes.h"
@@ -107,7 +108,10 @@ struct Checkpoints::Pending {
 
 std::string options_text(Options options) {
   std::string text;
-  std::string comments = to_toml(fields(options));
+  Fields recorded = fields(options);
+  std::erase_if(recorded,
+                [](const Field& field) { return field.key == "map.memory_limit_mb" || field.key == "map.swap_folder"; });
+  std::string comments = to_toml(recorded);
   for (std::size_t begin = 0; begin < comments.size();) {
     const std::size_t end = std::min(comments.find('\n', begin), comments.size());
     const std::string_view line = std::string_view(comments).substr(begin, end - begin);
@@ -136,8 +140,7 @@ Vec3d up_of(const SavedMap& saved) {
 Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Session& session)
     : settings_(std::move(settings)), identity_(texts_of(identity)) {
   identity_[kProgram] = fmt::format("panoptic {}", PANOPTIC_VERSION);
-  std::error_code ignored;
-  const bool exists = std::filesystem::exists(std::filesystem::symlink_status(settings_.path, ignored));
+  const bool exists = is_there(settings_.path);
   if (exists && !settings_.resume) {
     throw Error(
         fmt::format("{} is there already: go on with it (--resume), choose another name or remove it", settings_.path.string()));
@@ -156,7 +159,7 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
 
 void Checkpoints::resume(const RunIdentity& identity, Session& session) {
   lock_ = std::make_unique<Lock>(settings_.path);
-  SavedMap saved = load_map(settings_.path);
+  SavedMap saved = load_map(settings_.path, identity.options.map);
   require_same_run(settings_.path, saved, identity, session.labels());
   resumed_frames_ = load_frames(settings_.path);
   positions_ = resumed_frames_.size();

@@ -27,7 +27,7 @@ struct RunIdentity {
   Options options;
 };
 
-// The text that a map file keeps of options, `key = value` a line.
+// The text that a map file keeps of options, `key = value` a line: without those that say where a map lies in memory.
 std::string options_text(Options options);
 // Those of a map file. Throws Error.
 Options options_of(const SavedMap& saved);

@@ -13,7 +13,7 @@
 namespace panoptic {
 namespace {
 
-constexpr MapOptions kTruthMap{.voxel_size_m = 0.02F};
+const MapOptions kTruthMap{.voxel_size_m = 0.02F};
 constexpr double kFarthest_m = 0.05;
 
 void label_vertices(const Renderer& renderer, ScanTruth& truth) {

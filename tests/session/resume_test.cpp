@@ -151,6 +151,25 @@ TEST(Resume, GoesOnFromTheLastCheckpointOfAProcessThatIsGone) {
   EXPECT_EQ(session.map().hash(), uninterrupted().hash);
 }
 
+// Where a map lies in memory is nobody's business but the machine's: a run may be resumed with less.
+TEST(Resume, MayTakeLessMemoryThanTheRunBefore) {
+  const auto path = fresh_folder() / "map.panoptic";
+  RunIdentity frugal = identity();
+  frugal.options.map.memory_limit_mb = 8;
+  frugal.options.map.swap_folder = path.parent_path().string();
+  map_until(13, path);
+  Session session(frugal.options, test::test_labels());
+  Checkpoints checkpoints(settings(path), frugal, session);
+  for (int i = 13; i < kFrames; ++i) map_frame(i, session, &checkpoints);
+  session.finish();
+  ASSERT_NE(session.map().pager(), nullptr);
+  EXPECT_GT(session.map().pager()->blocks_given_back(), session.map().block_count());
+  EXPECT_EQ(session.map().hash(), uninterrupted().hash);
+  EXPECT_EQ(objects_text(session), uninterrupted().objects);
+  checkpoints.finish(session, true);
+  EXPECT_EQ(load_map(path, frugal.options.map).map.hash(), uninterrupted().hash);
+}
+
 TEST(Resume, OfACompleteMapHasNothingToDo) {
   const auto path = fresh_folder() / "map.panoptic";
   map_until(kFrames, path, 1);

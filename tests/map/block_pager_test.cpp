@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The map under a memory limit is the map without one.
+#include "panoptic/map/block_pager.h"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <numeric>
+#include <random>
+
+#include "panoptic/base/parallel.h"
+#include "panoptic/map/voxel_map.h"
+#include "tests/expect_error.h"
+#include "tests/fresh_folder.h"
+
+namespace panoptic {
+namespace {
+
+using testing::AllOf;
+using testing::Each;
+using testing::Gt;
+using testing::HasSubstr;
+using testing::Le;
+
+constexpr int kLimit_mb = 8;  // 97 blocks
+constexpr Slot kBlocks = 700;
+constexpr double kMostInMemory_mb = 1.25 * kLimit_mb;
+
+MapOptions limited(const std::filesystem::path& folder) { return {.memory_limit_mb = kLimit_mb, .swap_folder = folder.string()}; }
+
+// Pages of files that this process has in memory.
+double resident_file_mb() {
+  std::ifstream statm("/proc/self/statm");
+  double size = 0;
+  double resident = 0;
+  double shared = 0;
+  statm >> size >> resident >> shared;
+  return shared * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+BlockIndex index_of(Slot slot) {
+  const auto s = static_cast<std::int32_t>(slot);
+  return {s % 10, s / 10 % 10, s / 100};
+}
+
+void write_something(VoxelBlock& block, unsigned seed) {
+  std::mt19937 random(seed);
+  for (std::size_t i = 0; i < kBlockVoxels; i += 3) {
+    block.distance[i] += static_cast<float>(random() % 1000);
+    block.label[i] = static_cast<std::uint16_t>(random() % 50);
+    block.blue[i] ^= static_cast<std::uint16_t>(random());
+  }
+}
+
+// The same life for any map: it grows, is written here and there, and is looked at.
+std::uint64_t hash_after_a_life(VoxelMap& map) {
+  for (Slot slot = 0; slot < kBlocks; ++slot) write_something(map.block(map.allocate(index_of(slot))), slot);
+  std::mt19937 random(7);
+  for (unsigned turn = 0; turn < 20; ++turn) {
+    map.begin_epoch();
+    std::vector<Slot> slots(kBlocks);
+    std::iota(slots.begin(), slots.end(), Slot{0});
+    std::shuffle(slots.begin(), slots.end(), random);
+    slots.resize(60);
+    parallel_for(slots.size(), [&](std::size_t i) { write_something(map.block(slots[i]), turn); });
+  }
+  return map.hash();
+}
+
+TEST(BlockPager, AMapUnderALimitIsTheSameMap) {
+  VoxelMap whole{MapOptions{}};
+  VoxelMap paged(limited(test::fresh_folder()));
+  EXPECT_EQ(hash_after_a_life(paged), hash_after_a_life(whole));
+  EXPECT_EQ(ids_in_use(paged), ids_in_use(whole));
+  EXPECT_THAT(paged.pager()->blocks_given_back(), Gt(kBlocks));
+  EXPECT_EQ(whole.pager(), nullptr);
+}
+
+TEST(BlockPager, KeepsTheProcessBelowTheLimit) {
+  VoxelMap map(limited(test::fresh_folder()));
+  const double before_mb = resident_file_mb();
+  double most_mb = 0;
+  for (Slot slot = 0; slot < kBlocks; ++slot) {
+    write_something(map.block(map.allocate(index_of(slot))), slot);
+    most_mb = std::max(most_mb, resident_file_mb() - before_mb);
+  }
+  for (Slot slot = 0; slot < kBlocks; ++slot) {
+    write_something(map.block(slot), slot);
+    most_mb = std::max(most_mb, resident_file_mb() - before_mb);
+  }
+  EXPECT_THAT(most_mb, Le(kMostInMemory_mb));
+  EXPECT_THAT(static_cast<double>(map.memory_bytes()) / 1e6, Le(kMostInMemory_mb));
+}
+
+TEST(BlockPager, APointerStaysGoodWhileItsBlockIsAway) {
+  VoxelMap map(limited(test::fresh_folder()));
+  VoxelBlock* const first = &map.block(map.allocate({0, 0, 0}));
+  first->distance[17] = 5;
+  for (Slot slot = 1; slot < kBlocks; ++slot) write_something(map.block(map.allocate(index_of(slot))), slot);
+  EXPECT_EQ(first->distance[17], 5);
+  first->distance[18] = 6;  // written behind the pager's back
+  for (Slot slot = 1; slot < kBlocks; ++slot) map.block(slot).weight[0] = 1;
+  EXPECT_EQ(map.find({0, 0, 0})->distance[18], 6);
+  EXPECT_EQ(map.find({0, 0, 0}), first);
+}
+
+TEST(BlockPager, BlocksThatAreUsedStay) {
+  BlockPager pager(100 * sizeof(VoxelBlock), test::fresh_folder());
+  for (int i = 0; i < 90; ++i) pager.add();
+  for (int turn = 0; turn < 40; ++turn) {
+    pager.tick();
+    for (std::size_t slot = 0; slot < 60; ++slot) pager.touch(slot);
+    pager.add();
+  }
+  // Of 130 blocks 60 were always in use; what went were some of the others, each once.
+  EXPECT_THAT(pager.blocks_given_back(), Le(70U));
+  EXPECT_THAT(pager.blocks_given_back(), Gt(0U));
+}
+
+TEST(BlockPager, ThreadsLoseNothingWhileBlocksComeAndGo) {
+  VoxelMap map(limited(test::fresh_folder()));
+  for (Slot slot = 0; slot < kBlocks; ++slot) map.allocate(index_of(slot));
+  for (int round = 0; round < 10; ++round) {
+    parallel_for(kBlocks, [&](std::size_t i) {
+      VoxelBlock& block = map.block(static_cast<Slot>((i * 311) % kBlocks));  // far from each other
+      for (float& weight : block.weight) weight += 1;
+    });
+  }
+  for (Slot slot = 0; slot < kBlocks; ++slot) ASSERT_THAT(map.block(slot).weight, Each(10.0F)) << slot;
+}
+
+TEST(BlockPager, LeavesNoFileBehind) {
+  const auto folder = test::fresh_folder();
+  VoxelMap map(limited(folder));
+  map.allocate({1, 2, 3});
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+TEST(BlockPager, RefusesAFolderThatIsNotThere) {
+  const auto nowhere = test::fresh_folder() / "nowhere";
+  EXPECT_THAT(test::error_of([&] { VoxelMap map(limited(nowhere)); }),
+              AllOf(HasSubstr("map.memory_limit_mb"), HasSubstr(nowhere.string()), HasSubstr("map.swap_folder")));
+}
+
+TEST(BlockPager, AFullDiskIsAnErrorAndLeavesTheMapAsItWas) {
+  VoxelMap map(limited(test::fresh_folder()));
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit one_chunk{30U << 20, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &one_chunk), 0);
+  Slot made = 0;
+  EXPECT_THAT(test::error_of([&] {
+                for (; made < kBlocks; ++made) map.allocate(index_of(made));
+              }),
+              AllOf(HasSubstr("for the map"), HasSubstr("free some space")));
+  EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(made, Gt(0U));
+  EXPECT_EQ(map.block_count(), made);
+  EXPECT_EQ(map.find(index_of(made)), nullptr);
+  EXPECT_EQ(map.allocate(index_of(made)), made);  // there is space again
+}
+
+}  // namespace
+}  // namespace panoptic
