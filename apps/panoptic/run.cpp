@@ -276,7 +276,8 @@ FrameRange frame_range_from(const Arguments& arguments) {
 int run(const Arguments& arguments) {
   if (arguments.online && !arguments.map.empty()) throw UsageError("--map is for runs without --online");
   const FrameRange range = frame_range_from(arguments);
-  const Options options = options_from(arguments);
+  Options options = options_from(arguments);
+  if (options.map.swap_folder.empty()) options.map.swap_folder = arguments.output;
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
   const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
