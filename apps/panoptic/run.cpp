@@ -273,16 +273,22 @@ FrameRange frame_range_from(const Arguments& arguments) {
   }
 }
 
+// Not in what is written of the options: they may be used for another run.
+Options with_swap_folder(Options options, const std::string& output) {
+  if (options.map.swap_folder.empty()) options.map.swap_folder = output;
+  return options;
+}
+
 int run(const Arguments& arguments) {
   if (arguments.online && !arguments.map.empty()) throw UsageError("--map is for runs without --online");
   const FrameRange range = frame_range_from(arguments);
-  Options options = options_from(arguments);
-  if (options.map.swap_folder.empty()) options.map.swap_folder = arguments.output;
+  const Options options = options_from(arguments);
+  const Options placed = with_swap_folder(options, arguments.output);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
   const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
   const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options);
-  Session session(options, labels_of(options, predictor.get()));
+  Session session(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;
   std::unique_ptr<ViewerServer> viewer;
   if (arguments.view) {
@@ -300,7 +306,7 @@ int run(const Arguments& arguments) {
   run.summary.recording = absolute_recording(arguments.dataset);
   if (!arguments.calibration.empty()) run.summary.calibration = std::filesystem::absolute(arguments.calibration).string();
   run.summary.predictor = predictor_text(options);
-  if (!arguments.map.empty()) keep_map_file(arguments, options, run);
+  if (!arguments.map.empty()) keep_map_file(arguments, placed, run);
   if (viewer && !arguments.online) run.publisher = std::make_unique<LoopPublisher>(session, latest, range.count(dataset->size()));
   const Stopwatch stopwatch;
   const std::string failure = arguments.online ? map_online(*dataset, {range, arguments.speed.value_or(1)}, run, options.online)
