@@ -50,7 +50,7 @@ int benchmark(const Arguments& arguments) {
     });
   }
   if (outcomes.empty()) {
-    fmt::print(stderr, "interrupted: a benchmark is written whole or not at all; nothing was written to {}\n", arguments.output);
+    tell(fmt::format("interrupted: a benchmark is written whole or not at all; nothing was written to {}\n", arguments.output));
     return kInterrupted;
   }
   write_report(arguments.output, study, outcomes);
@@ -58,7 +58,7 @@ int benchmark(const Arguments& arguments) {
              markdown(study, outcomes), stopwatch.seconds(), peak_rss_mb(), arguments.output);
   if (!arguments.quick || !arguments.group.empty()) return kDone;
   const std::vector<std::string> fallen = below(kQuickFloors, outcomes);
-  for (const std::string& line : fallen) fmt::print(stderr, "below its floor: {}\n", line);
+  for (const std::string& line : fallen) tell(fmt::format("below its floor: {}\n", line));
   return fallen.empty() ? kDone : kWorldIsWrong;
 }
 

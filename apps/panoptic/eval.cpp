@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/panoptic/commands.h"
+#include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/eval/evaluation.h"
@@ -22,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : warnings) tell(fmt::format("warning: {}\n", warning));
 }
 
 void evaluate_run(const Arguments& a, Evaluation& evaluation) {
@@ -56,10 +57,8 @@ void evaluate_scene(const Arguments& a, const std::string& scene, Evaluation& ev
 // As the benchmark does: the scenes that were predicted count. Others are worth a word.
 void warn_of_missing_scenes(const Arguments& a, const std::vector<std::string>& scenes) {
   std::size_t missing = 0;
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(a.truth, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    const fs::path name = entry->path().filename();
-    const bool is_truth = name.extension() == ".txt" || entry->is_directory();
+  for (const fs::path name : names_in_folder(a.truth)) {
+    const bool is_truth = name.extension() == ".txt" || is_folder(a.truth / name);
     if (is_truth && !std::binary_search(scenes.begin(), scenes.end(), name.stem().string())) ++missing;
   }
   if (missing > 0) print_warnings({fmt::format("{} scenes of {} have no prediction and do not count", missing, a.truth)});

@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string>
+#include <system_error>
 
 #include "apps/panoptic/commands.h"
+#include "apps/panoptic/progress.h"
 
 namespace {
 
@@ -30,18 +34,35 @@ int dispatch(const panoptic::Arguments& arguments) {
   return panoptic::kDone;
 }
 
+int failed(const std::string& what) {
+  panoptic::tell(fmt::format("panoptic: {}\n", what));
+  return panoptic::kWorldIsWrong;
+}
+
+// What was printed may be all that the user wanted.
+int close_output(int code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  return failed("the standard output could not be written: free space where it goes");
+}
+
+int run_command(int argc, char** argv) {
+  try {
+    return close_output(dispatch(panoptic::parse_arguments(argc, argv)));
+  } catch (const panoptic::UsageError& e) {
+    failed(e.what());
+    return panoptic::kWrongUsage;
+  } catch (const std::bad_alloc&) {
+    return failed(panoptic::kOutOfMemory);
+  } catch (const std::system_error& e) {  // also of a print
+    return std::ferror(stdout) != 0 ? close_output(panoptic::kWorldIsWrong) : failed(e.what());
+  } catch (const std::exception& e) {
+    return failed(e.what());
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return dispatch(panoptic::parse_arguments(argc, argv));
-  } catch (const panoptic::UsageError& e) {
-    fmt::print(stderr, "panoptic: {}\n", e.what());
-    return panoptic::kWrongUsage;
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "panoptic: {}\n", panoptic::kOutOfMemory);
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "panoptic: {}\n", e.what());
-  }
-  return panoptic::kWorldIsWrong;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no further is to be an error like a full disk
+  return run_command(argc, argv);
 }

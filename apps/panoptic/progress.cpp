@@ -37,7 +37,7 @@ Progress::Progress(std::string unit, std::size_t total)
 
 Progress::~Progress() {
   draw();
-  if (terminal_) std::fputc('\n', stderr);
+  if (terminal_) tell("\n");
 }
 
 void Progress::advance(std::size_t done) {
@@ -56,10 +56,14 @@ void Progress::draw() {
   const std::string text = fmt::format("{}/{} {}  {:.1f} {}/s  {}", done_, total_, unit_, per_s, unit_, left);
   if (terminal_) {
     const std::size_t full = total_ > 0 ? kBarWidth * done_ / total_ : kBarWidth;
-    fmt::print(stderr, "\r[{:=<{}}{:{}}] {}\033[K", "", full, "", kBarWidth - full, text);
+    tell(fmt::format("\r[{:=<{}}{:{}}] {}\033[K", "", full, "", kBarWidth - full, text));
   } else {
-    fmt::print(stderr, "{}\n", text);
+    tell(text + "\n");
   }
+}
+
+void tell(const std::string& text) {
+  std::fputs(text.c_str(), stderr);
   std::fflush(stderr);
 }
 

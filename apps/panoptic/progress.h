@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Progress of long work on stderr: a bar on a terminal, a line now and then elsewhere.
+// What is told on stderr: progress of long work (a bar on a terminal, a line now and then elsewhere), warnings, failures.
 #pragma once
 
 #include <cstddef>
@@ -30,6 +30,9 @@ class Progress {
   double last_drawn_s_ = -1e9;
   Stopwatch since_start_;
 };
+
+// Text for a person, on stderr. If stderr takes no more there is nobody to tell, and the work goes on.
+void tell(const std::string& text);
 
 // True once Ctrl-C was pressed (after watch_for_interrupt); a second Ctrl-C ends the process at once.
 void watch_for_interrupt();

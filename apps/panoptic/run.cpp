@@ -214,7 +214,7 @@ std::string absolute_recording(const std::string& recording) {
 void keep_map_file(const Arguments& arguments, const Options& options, Run& run) {
   CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
-  settings.warn = [](const std::string& what) { fmt::print(stderr, "\n{}\n", what); };
+  settings.warn = [](const std::string& what) { tell(fmt::format("\n{}\n", what)); };
   const RunIdentity identity{run.summary.recording, run.summary.calibration, arguments.frames, options};
   run.checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, run.session);
   count_resumed(run);
@@ -317,7 +317,7 @@ int run(const Arguments& arguments) {
   print_closing(run, arguments.output);
   if (!failure.empty()) throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", failure, arguments.output));
   if (!run.summary.complete) {
-    fmt::print(stderr, "interrupted: the map so far is in {}, marked incomplete\n", arguments.output);
+    tell(fmt::format("interrupted: the map so far is in {}, marked incomplete\n", arguments.output));
     return kInterrupted;
   }
   require_use(run, arguments);

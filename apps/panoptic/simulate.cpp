@@ -96,7 +96,7 @@ int simulate(const Arguments& arguments) {
     });
   }
   if (!whole) {
-    fmt::print(stderr, "interrupted: nothing is left in {}\n", arguments.output);
+    tell(fmt::format("interrupted: nothing is left in {}\n", arguments.output));
     return kInterrupted;
   }
   print_closing(simulation, options, arguments.output, stopwatch.seconds());

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -18,35 +19,61 @@ namespace {
 
 class Descriptor {
  public:
-  Descriptor(const std::filesystem::path& path, int flags) : fd_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  Descriptor(const std::filesystem::path& path, int flags) {
+    do {
+      fd_ = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
+    } while (fd_ < 0 && errno == EINTR);
+  }
   ~Descriptor() { close(); }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
 
   int fd() const { return fd_; }
   bool open() const { return fd_ >= 0; }
-  int close() { return open() ? ::close(std::exchange(fd_, -1)) : 0; }
+  int release() { return std::exchange(fd_, -1); }
+  // Interrupted or not, Linux has closed it.
+  bool close() { return !open() || ::close(release()) == 0 || errno == EINTR; }
 
  private:
-  int fd_;
+  int fd_ = -1;
 };
 
 [[noreturn]] void fail(std::string_view what, const std::filesystem::path& path, int error, std::string_view remedy) {
-  throw Error(fmt::format("{} {}: {}; {}", what, path.string(), std::strerror(error), remedy));
+  throw FileError(fmt::format("{} {}: {}; {}", what, path.string(), std::strerror(error), remedy));
 }
 
 bool write_all(int fd, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(fd, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
+    if (written < 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
   return true;
 }
 
+bool sync(int fd) {
+  int result = 0;
+  do {
+    result = ::fsync(fd);
+  } while (result != 0 && errno == EINTR);
+  return result == 0;
+}
+
 std::filesystem::path temporary_beside(const std::filesystem::path& path) {
   return path.parent_path() / fmt::format(".{}.{}.partial", path.filename().string(), ::getpid());
+}
+
+// Absent is a status too.
+std::filesystem::file_status known(std::filesystem::file_status status, const std::filesystem::path& path,
+                                   const std::error_code& error) {
+  if (!std::filesystem::status_known(status)) fail("cannot look at", path, error.value(), "check the path and the disk");
+  return status;
+}
+
+std::filesystem::file_status status_of(const std::filesystem::path& path) {
+  std::error_code error;
+  return known(std::filesystem::status(path, error), path, error);
 }
 
 }  // namespace
@@ -75,32 +102,87 @@ std::string read_file(const std::filesystem::path& path, std::uintmax_t max_byte
 }
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  const std::filesystem::path partial = temporary_beside(path);
-  Descriptor file(partial, O_WRONLY | O_CREAT | O_TRUNC);
-  if (!file.open()) fail("cannot write", path, errno, "check that the folder exists and is writable");
-  const bool written = write_all(file.fd(), bytes) && ::fsync(file.fd()) == 0 && file.close() == 0;
-  if (!written || ::rename(partial.c_str(), path.c_str()) != 0) {
-    const int error = errno;
-    ::unlink(partial.c_str());
-    fail("cannot write", path, error, "free space or choose another output folder; an older file of that name is untouched");
-  }
+  PartialFile file(path);
+  file.append(bytes);
+  file.commit();
 }
 
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
   write_file(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
+PartialFile::PartialFile(std::filesystem::path path) : path_(std::move(path)), partial_(temporary_beside(path_)) {
+  Descriptor file(partial_, O_WRONLY | O_CREAT | O_TRUNC);
+  if (!file.open()) panoptic::fail("cannot write", path_, errno, "check that the folder exists and is writable");
+  fd_ = file.release();
+}
+
+PartialFile::~PartialFile() {
+  if (fd_ < 0) return;
+  ::close(fd_);
+  ::unlink(partial_.c_str());
+}
+
+void PartialFile::append(std::string_view bytes) {
+  if (!write_all(fd_, bytes)) fail(errno);
+}
+
+void PartialFile::overwrite(std::uint64_t offset, std::string_view bytes) {
+  const off_t end = ::lseek(fd_, 0, SEEK_CUR);
+  if (end < 0 || ::lseek(fd_, static_cast<off_t>(offset), SEEK_SET) < 0) fail(errno);
+  if (!write_all(fd_, bytes) || ::lseek(fd_, end, SEEK_SET) < 0) fail(errno);
+}
+
+void PartialFile::commit() {
+  if (!sync(fd_)) fail(errno);
+  if (::close(std::exchange(fd_, -1)) == 0 || errno == EINTR) {
+    if (::rename(partial_.c_str(), path_.c_str()) == 0) return;
+  }
+  const int error = errno;
+  ::unlink(partial_.c_str());
+  fail(error);
+}
+
+void PartialFile::fail(int error) const {
+  panoptic::fail("cannot write", path_, error,
+                 "free space or choose another output folder; an older file of that name is untouched");
+}
+
+void rename_file(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (::rename(from.c_str(), to.c_str()) != 0) fail("cannot write", to, errno, "free space or choose another name");
+}
+
 void require_writable_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder, error)) {
-    throw Error(fmt::format("cannot create the folder {}: {}; choose another output folder", folder.string(),
-                            error ? error.message() : "a file of that name is in the way"));
+    throw FileError(fmt::format("cannot create the folder {}: {}; choose another output folder", folder.string(),
+                                error ? error.message() : "a file of that name is in the way"));
   }
   const std::filesystem::path probe = folder / fmt::format(".probe.{}", ::getpid());
   const Descriptor file(probe, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.open()) fail("cannot write into the folder", folder, errno, "choose another output folder");
   ::unlink(probe.c_str());
+}
+
+bool is_there(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::exists(known(std::filesystem::symlink_status(path, error), path, error));
+}
+bool is_file(const std::filesystem::path& path) { return std::filesystem::is_regular_file(status_of(path)); }
+bool is_folder(const std::filesystem::path& path) { return std::filesystem::is_directory(status_of(path)); }
+
+std::vector<std::string> names_in_folder(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  if (!is_folder(folder)) return names;
+  std::error_code error;
+  for (auto entry = std::filesystem::directory_iterator(folder, error); !error && entry != std::filesystem::directory_iterator();
+       entry.increment(error)) {
+    names.push_back(entry->path().filename().string());
+  }
+  if (error) fail("cannot list the folder", folder, error.value(), "check the disk and the permissions");
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 }  // namespace panoptic

@@ -9,6 +9,7 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/data/builtin_labels.h"
 
 namespace panoptic {
@@ -109,7 +110,7 @@ LabelSet load_label_set(const std::string& name_or_path) {
                          {"class", AppendTable(append_class), "a class", required()}};
   if (const auto text = builtin_label_set(name_or_path)) {
     read_toml_text(*text, "built-in label set " + name_or_path, fields);
-  } else if (std::error_code error; std::filesystem::exists(name_or_path, error)) {
+  } else if (is_there(name_or_path)) {
     read_toml_file(name_or_path, fields);
   } else {
     throw Error(fmt::format("there is no label set '{}': name a built-in one ({}) or a TOML file", name_or_path,

@@ -155,15 +155,12 @@ void write_instances(const fs::path& folder, const std::string& scene, const Lab
 
 std::vector<std::string> scenes_in(const fs::path& folder) {
   constexpr std::string_view kSuffix = ".txt";
-  std::error_code error;
   std::vector<std::string> scenes;
-  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    std::string name = entry->path().filename().string();
-    if (!name.ends_with(kSuffix) || name.size() == kSuffix.size() || entry->is_directory()) continue;
+  for (std::string name : names_in_folder(folder)) {
+    if (!name.ends_with(kSuffix) || name.size() == kSuffix.size() || is_folder(folder / name)) continue;
     name.resize(name.size() - kSuffix.size());
     if (std::find(kResults.begin(), kResults.end(), name) == kResults.end()) scenes.push_back(std::move(name));
   }
-  if (error) throw Error(fmt::format("cannot read the folder {}: {}", folder.string(), error.message()));
   if (scenes.empty()) throw Error(fmt::format("{}: no predictions here; expected one <scene>.txt per scene", folder.string()));
   std::sort(scenes.begin(), scenes.end());
   return scenes;
@@ -218,8 +215,8 @@ std::vector<InstanceMask> read_instances(const fs::path& folder, const std::stri
 
 VertexLabels read_truth(const fs::path& folder, const std::string& scene, SubmissionForm form, const fs::path& category_map) {
   const fs::path file = folder / (scene + ".txt");
-  if (!fs::exists(file)) {
-    if (fs::is_directory(folder / scene)) return labels_of(read_scan_truth(folder / scene, category_map));
+  if (!is_there(file)) {
+    if (is_folder(folder / scene)) return labels_of(read_scan_truth(folder / scene, category_map));
     throw Error(fmt::format("no ground truth for the prediction of {}: neither {} nor a scan in {}", scene, file.string(),
                             (folder / scene).string()));
   }

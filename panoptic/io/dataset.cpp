@@ -7,6 +7,7 @@
 #include <array>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/sens.h"
 
@@ -37,11 +38,10 @@ fs::path without_trailing_slash(const fs::path& path) {
 
 // The file itself, or the only one in the folder.
 std::optional<fs::path> find_sens_file(const fs::path& path) {
-  if (fs::is_regular_file(path)) return path.extension() == ".sens" ? std::optional(path) : std::nullopt;
+  if (is_file(path)) return path.extension() == ".sens" ? std::optional(path) : std::nullopt;
   std::vector<fs::path> files;
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(path, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    if (entry->path().extension() == ".sens") files.push_back(entry->path());
+  for (const std::string& name : names_in_folder(path)) {
+    if (fs::path(name).extension() == ".sens") files.push_back(path / name);
   }
   if (files.size() > 1) throw Error(fmt::format("{}: holds {} .sens files; name one of them", path.string(), files.size()));
   return files.empty() ? std::nullopt : std::optional(files.front());
@@ -54,9 +54,9 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
 }
 
 std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& calibration) {
-  if (!fs::exists(path)) throw Error(fmt::format("{}: no such file or folder; give the path of a recording", path.string()));
+  if (!is_there(path)) throw Error(fmt::format("{}: no such file or folder; give the path of a recording", path.string()));
   if (const auto sens = find_sens_file(path)) return std::make_unique<SensDataset>(*sens, calibration);
-  if (!fs::is_directory(path)) not_recognised(path);
+  if (!is_folder(path)) not_recognised(path);
   for (const FolderFormat& format : kFolderFormats) {
     std::optional<FileRecording> recording = format.recognise(path);
     if (!recording) continue;

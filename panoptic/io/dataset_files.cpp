@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/io/dataset_frame.h"
 
@@ -24,12 +25,12 @@ struct Unusable {
 template <typename Read>
 auto read_image(const FileRecording& recording, const std::string& file, std::string_view what, const Read& read) {
   const std::filesystem::path path = recording.root / file;
-  std::error_code ignored;
-  if (file.empty() || !std::filesystem::exists(path, ignored)) {
-    throw Unusable{file.empty() ? fmt::format("{} image missing", what) : fmt::format("{} image missing: {}", what, file)};
-  }
+  if (file.empty()) throw Unusable{fmt::format("{} image missing", what)};
   try {
+    if (!is_there(path)) throw Unusable{fmt::format("{} image missing: {}", what, file)};
     return read(path);
+  } catch (const FileError& e) {
+    throw Unusable{fmt::format("{} image unreadable: {}", what, e.what())};
   } catch (const Error&) {
     throw Unusable{fmt::format("{} image unreadable: {}", what, file)};
   }
@@ -50,10 +51,12 @@ Image<Rgb> read_color(const FileRecording& recording, const FileFrame& frame) {
 Eigen::Matrix4d read_pose(const FileRecording& recording, const FileFrame& frame) {
   if (frame.pose) return *frame.pose;
   const std::filesystem::path path = recording.root / frame.pose_file;
-  std::error_code ignored;
-  if (frame.pose_file.empty() || !std::filesystem::exists(path, ignored)) throw Unusable{"pose missing"};
+  if (frame.pose_file.empty()) throw Unusable{"pose missing"};
   try {
+    if (!is_there(path)) throw Unusable{"pose missing"};
     if (const auto matrix = to_matrix(read_numbers(path))) return *matrix;
+  } catch (const FileError& e) {
+    throw Unusable{fmt::format("pose unreadable: {}", e.what())};
   } catch (const Error&) {  // the same to the user as a wrong count of numbers
   }
   throw Unusable{fmt::format("pose unreadable: {} is not a 4x4 matrix", frame.pose_file)};

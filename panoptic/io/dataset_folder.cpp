@@ -9,6 +9,7 @@
 #include <charconv>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/io/dataset_formats.h"
 
 namespace panoptic {
@@ -41,10 +42,7 @@ std::optional<std::int64_t> number_in_stem(std::string_view stem) {
 
 NumberedFiles list_files(const fs::path& root, const std::string& folder, std::span<const std::string_view> extensions) {
   NumberedFiles files;
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(root / folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error)) {
-    const fs::path name = entry->path().filename();
+  for (const fs::path name : names_in_folder(root / folder)) {
     if (std::find(extensions.begin(), extensions.end(), name.extension().string()) == extensions.end()) continue;
     const auto number = number_in_stem(name.stem().string());
     if (!number) continue;
@@ -59,7 +57,7 @@ NumberedFiles list_files(const fs::path& root, const std::string& folder, std::s
 
 std::optional<std::string> first_folder(const fs::path& root, std::initializer_list<const char*> names) {
   for (const char* name : names) {
-    if (fs::is_directory(root / name)) return name;
+    if (is_folder(root / name)) return name;
   }
   return std::nullopt;
 }
@@ -88,10 +86,10 @@ std::optional<FileRecording> recognise_plain_folder(const fs::path& folder) {
   constexpr std::array<std::string_view, 1> kPose = {".txt"};
   const auto images = first_folder(folder, {"images", "color", "rgb"});
   const auto poses = first_folder(folder, {"poses", "pose"});
-  const bool has_pose_file = fs::exists(folder / "poses.txt");
-  if (!images || !fs::is_directory(folder / "depth") || (!poses && !has_pose_file)) return std::nullopt;
+  const bool has_pose_file = is_there(folder / "poses.txt");
+  if (!images || !is_folder(folder / "depth") || (!poses && !has_pose_file)) return std::nullopt;
   FileRecording recording{"plain folder", folder, {}, {}};
-  if (fs::exists(folder / "K.txt")) recording.calibration.depth = read_camera_matrix(folder / "K.txt");
+  if (is_there(folder / "K.txt")) recording.calibration.depth = read_camera_matrix(folder / "K.txt");
   const NumberedFiles depth = list_files(folder, "depth", kDepth);
   const bool in_metres = !depth.empty() && fs::path(depth.begin()->second).extension().string().starts_with(".tif");
   if (in_metres) recording.calibration.depth_scale = 1;

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
 #include "panoptic/io/dataset_formats.h"
 
@@ -46,12 +47,12 @@ Calibration read_camera_parameters(const fs::path& path) {
 std::optional<FileRecording> recognise_replica(const fs::path& folder) {
   constexpr std::array<std::string_view, 2> kColor = {".jpg", ".png"};
   constexpr std::array<std::string_view, 1> kDepth = {".png"};
-  if (!fs::exists(folder / "traj.txt") || !fs::is_directory(folder / "results")) return std::nullopt;
+  if (!is_there(folder / "traj.txt") || !is_folder(folder / "results")) return std::nullopt;
   FileRecording recording{"Replica", folder, {}, {}};
   constexpr double kReplicaScale = 6553.5;
   recording.calibration.depth_scale = kReplicaScale;
   for (const fs::path& place : {folder, folder.parent_path()}) {
-    if (!fs::exists(place / "cam_params.json")) continue;
+    if (!is_there(place / "cam_params.json")) continue;
     recording.calibration = read_camera_parameters(place / "cam_params.json");
     break;
   }

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/dataset_frame.h"
 
@@ -52,19 +53,19 @@ void place_cameras(Calibration& calibration, const Pose& common_from_color, cons
 Calibration python_calibration(const fs::path& root) {
   Calibration calibration;
   const fs::path folder = root / "intrinsic";
-  if (fs::exists(folder / "intrinsic_depth.txt")) {
+  if (is_there(folder / "intrinsic_depth.txt")) {
     calibration.depth = read_camera_matrix(folder / "intrinsic_depth.txt");
     name_sensor_size(calibration.depth);
-    if (fs::exists(folder / "intrinsic_color.txt")) {
+    if (is_there(folder / "intrinsic_color.txt")) {
       calibration.color = read_camera_matrix(folder / "intrinsic_color.txt");
       name_sensor_size(*calibration.color);
     }
     const auto extrinsic = [&](const char* name) {
       const fs::path path = folder / name;
-      return fs::exists(path) ? to_extrinsic(read_numbers(path), path.string()) : Pose::Identity();
+      return is_there(path) ? to_extrinsic(read_numbers(path), path.string()) : Pose::Identity();
     };
     place_cameras(calibration, extrinsic("extrinsic_color.txt"), extrinsic("extrinsic_depth.txt"));
-  } else if (fs::exists(root / "intrinsic.txt")) {
+  } else if (is_there(root / "intrinsic.txt")) {
     calibration.depth = read_camera_matrix(root / "intrinsic.txt");
     name_sensor_size(calibration.depth);
   }
@@ -134,10 +135,10 @@ class InfoFile {
 }  // namespace
 
 std::optional<FileRecording> recognise_scannet_export(const fs::path& folder) {
-  const fs::path root = fs::is_directory(folder / "frames" / "color") ? folder / "frames" : folder;
-  const std::string poses = fs::is_directory(root / "pose") ? "pose" : "poses";
-  const bool ours = fs::is_directory(root / "color") && fs::is_directory(root / "depth") && fs::is_directory(root / poses) &&
-                    !fs::exists(root / "K.txt");
+  const fs::path root = is_folder(folder / "frames" / "color") ? folder / "frames" : folder;
+  const std::string poses = is_folder(root / "pose") ? "pose" : "poses";
+  const bool ours =
+      is_folder(root / "color") && is_folder(root / "depth") && is_folder(root / poses) && !is_there(root / "K.txt");
   if (!ours) return std::nullopt;
   FileRecording recording{"ScanNet export", root, {}, python_calibration(root)};
   recording.frames = joined(numbered_files(root, "color", "", kColorSuffixes), numbered_files(root, "depth", "", kDepthSuffixes),
@@ -149,7 +150,7 @@ std::optional<FileRecording> recognise_scannet_cpp_export(const fs::path& folder
   constexpr std::array<std::string_view, 2> kColor = {".color.jpg", ".color.png"};
   constexpr std::array<std::string_view, 1> kDepth = {".depth.pgm"};
   constexpr std::array<std::string_view, 1> kPose = {".pose.txt"};
-  if (!fs::exists(folder / "_info.txt")) return std::nullopt;
+  if (!is_there(folder / "_info.txt")) return std::nullopt;
   const NumberedFiles depth = numbered_files(folder, "", "frame-", kDepth);
   if (depth.empty()) return std::nullopt;
   const InfoFile info(folder / "_info.txt");

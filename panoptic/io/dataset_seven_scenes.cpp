@@ -6,6 +6,7 @@
 #include <array>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/io/dataset_formats.h"
 
 namespace panoptic {
@@ -23,14 +24,11 @@ bool holds_frames(const fs::path& folder) { return !numbered_files(folder, "", "
 std::optional<fs::path> sequence_folder(const fs::path& folder) {
   if (holds_frames(folder)) return folder;
   std::vector<std::string> sequences;
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    if (name.starts_with("seq-") && entry->is_directory() && holds_frames(entry->path())) sequences.push_back(name);
+  for (const std::string& name : names_in_folder(folder)) {
+    if (name.starts_with("seq-") && holds_frames(folder / name)) sequences.push_back(name);
   }
   if (sequences.empty()) return std::nullopt;
   if (sequences.size() > 1) {
-    std::sort(sequences.begin(), sequences.end());
     throw Error(fmt::format("{}: holds {} sequences ({}); name one of them, for example {}", folder.string(), sequences.size(),
                             fmt::join(sequences, ", "), (folder / sequences.front()).string()));
   }
@@ -45,7 +43,7 @@ std::optional<FileRecording> recognise_seven_scenes(const fs::path& folder) {
   FileRecording recording{"7-Scenes", *root, {}, {}};
   recording.calibration.depth = {640, 480, 585, 585, 320, 240};  // the published constants
   for (const fs::path& place : {*root, root->parent_path()}) {
-    if (!fs::exists(place / "camera-intrinsics.txt")) continue;
+    if (!is_there(place / "camera-intrinsics.txt")) continue;
     recording.format = "7-Scenes / 3DMatch";
     recording.calibration.depth = read_camera_matrix(place / "camera-intrinsics.txt");
     break;

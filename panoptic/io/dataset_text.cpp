@@ -126,10 +126,7 @@ Camera read_camera_matrix(const std::filesystem::path& path) { return to_camera(
 NumberedFiles numbered_files(const std::filesystem::path& root, const std::string& folder, std::string_view prefix,
                              std::span<const std::string_view> suffixes) {
   NumberedFiles files;
-  std::error_code error;
-  for (auto entry = std::filesystem::directory_iterator(root / folder, error);
-       !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
+  for (const std::string& name : names_in_folder(root / folder)) {
     for (const std::string_view suffix : suffixes) {
       const std::optional<std::int64_t> number = number_in(name, prefix, suffix);
       if (!number) continue;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/io/dataset_formats.h"
 
 namespace panoptic {
@@ -208,9 +209,8 @@ void turn_y_round(std::vector<FileFrame>& frames) {
 }
 
 std::optional<fs::path> icl_trajectory(const fs::path& folder) {
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    if (entry->path().filename().string().ends_with(".gt.freiburg")) return entry->path();
+  for (const std::string& name : names_in_folder(folder)) {
+    if (name.ends_with(".gt.freiburg")) return folder / name;
   }
   return std::nullopt;
 }
@@ -218,12 +218,12 @@ std::optional<fs::path> icl_trajectory(const fs::path& folder) {
 }  // namespace
 
 std::optional<FileRecording> recognise_tum(const fs::path& folder) {
-  const bool separate = fs::exists(folder / "rgb.txt") && fs::exists(folder / "depth.txt");
-  const bool associated = !separate && fs::exists(folder / "associations.txt");
+  const bool separate = is_there(folder / "rgb.txt") && is_there(folder / "depth.txt");
+  const bool associated = !separate && is_there(folder / "associations.txt");
   if (!separate && !associated) return std::nullopt;
   const std::optional<fs::path> icl = icl_trajectory(folder);
   const fs::path trajectory = icl.value_or(folder / "groundtruth.txt");
-  if (!fs::exists(trajectory)) {
+  if (!is_there(trajectory)) {
     throw Error(
         fmt::format("{}: TUM RGB-D recording without groundtruth.txt; the map needs poses, put a trajectory there "
                     "('time tx ty tz qx qy qz qw' a line)",

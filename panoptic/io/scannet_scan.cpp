@@ -43,15 +43,12 @@ std::string joined(const fs::path& folder, const std::string& scene, std::string
 
 // The id of the scan in the folder: of its only mesh, or of the one that bears the folder's name.
 std::string scene_in(const fs::path& folder) {
-  std::error_code error;
   std::vector<std::string> scenes;
-  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
+  for (const std::string& name : names_in_folder(folder)) {
     if (name.size() > kMeshSuffix.size() && name.ends_with(kMeshSuffix)) {
       scenes.push_back(name.substr(0, name.size() - kMeshSuffix.size()));
     }
   }
-  if (error) throw Error(fmt::format("cannot read the folder {}: {}", folder.string(), error.message()));
   if (scenes.empty()) {
     throw Error(fmt::format("{}: no scan here; expected <scene>{}, <scene>{} and <scene>{}", folder.string(), kMeshSuffix,
                             kSegmentsSuffix, kAggregationSuffix));
@@ -162,7 +159,7 @@ CategoryMap categories_for(const fs::path& folder, const fs::path& category_map)
   if (!category_map.empty()) return CategoryMap(category_map);
   fs::path place = fs::absolute(folder / "").lexically_normal().parent_path();
   for (int level = 0; level < 3; ++level, place = place.parent_path()) {
-    if (fs::is_regular_file(place / kCategoryFile)) return CategoryMap(place / kCategoryFile);
+    if (is_file(place / kCategoryFile)) return CategoryMap(place / kCategoryFile);
   }
   return {};
 }

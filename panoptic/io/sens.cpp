@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/io/dataset_frame.h"
 #include "panoptic/io/dataset_text.h"
@@ -115,6 +116,14 @@ std::string SensDataset::description() const {
 
 ReadResult SensDataset::read(std::size_t position) const {
   PANOPTIC_ASSERT(position < size());
+  try {
+    return read_frame(position);
+  } catch (const FileError& e) {
+    return skipped(static_cast<std::int64_t>(position), fmt::format("frame unreadable: {}", e.what()));
+  }
+}
+
+ReadResult SensDataset::read_frame(std::size_t position) const {
   constexpr double kMicro = 1e-6;
   const auto number = static_cast<std::int64_t>(position);
   const SensFile& file = state_->file;

@@ -26,6 +26,8 @@ class SensDataset : public Dataset {
   ReadResult read(std::size_t position) const override;
 
  private:
+  ReadResult read_frame(std::size_t position) const;  // throws FileError
+
   struct State;
   std::unique_ptr<State> state_;
 };

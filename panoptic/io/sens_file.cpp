@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 
 namespace panoptic {
 
@@ -130,7 +131,10 @@ std::vector<std::uint64_t> index_frames(const SensFile& file, Cursor& cursor, st
 
 }  // namespace
 
-SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()), fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()) {
+  do {
+    fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  } while (fd_ < 0 && errno == EINTR);
   struct stat status {};
   if (fd_ >= 0 && ::fstat(fd_, &status) == 0) {
     size_ = static_cast<std::uint64_t>(status.st_size);
@@ -138,7 +142,7 @@ SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()), fd
   }
   const int error = errno;
   if (fd_ >= 0) ::close(fd_);
-  throw Error(fmt::format("cannot read {}: {}; check the path and its permissions", name_, std::strerror(error)));
+  throw FileError(fmt::format("cannot read {}: {}; check the path and its permissions", name_, std::strerror(error)));
 }
 
 SensFile::~SensFile() { ::close(fd_); }
@@ -149,7 +153,8 @@ bool SensFile::read(std::uint64_t offset, void* to, std::uint64_t bytes) const {
   while (bytes > 0) {
     const ssize_t got = ::pread(fd_, at, bytes, static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
+    if (got < 0) throw FileError(fmt::format("cannot read {}: {}; check the disk", name_, std::strerror(errno)));
+    if (got == 0) return false;
     at += got;
     offset += static_cast<std::uint64_t>(got);
     bytes -= static_cast<std::uint64_t>(got);

@@ -56,13 +56,13 @@ class SensFile {
   const std::string& name() const { return name_; }
   std::uint64_t size() const { return size_; }
 
-  // False, or nothing, if the file ends earlier or cannot be read.
+  // False, or nothing, if the file ends earlier. Throws FileError if the disk fails.
   bool read(std::uint64_t offset, void* to, std::uint64_t bytes) const;
   std::optional<std::vector<std::uint8_t>> read(std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
   std::string name_;
-  int fd_;
+  int fd_ = -1;
   std::uint64_t size_ = 0;
 };
 

@@ -3,12 +3,10 @@
 #include "panoptic/io/sens_writer.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <zlib.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -21,6 +19,11 @@ namespace {
 constexpr std::uint32_t kVersion = 4;
 constexpr std::string_view kSensorName = "PanopticFusion simulation";
 constexpr float kMillimetres = 1000;
+
+template <typename T>
+std::string_view bytes_of(const T& value) {
+  return {reinterpret_cast<const char*>(&value), sizeof(value)};
+}
 
 Matrix16 row_major(const Eigen::Matrix4d& matrix) {
   Matrix16 numbers;
@@ -69,60 +72,36 @@ SensFrame encode_sens_frame(const Frame& frame, int jpeg_quality) {
   return encoded;
 }
 
-SensWriter::SensWriter(std::filesystem::path path, const Camera& camera)
-    : path_(std::move(path)),
-      partial_(path_.parent_path() / fmt::format(".{}.{}.partial", path_.filename().string(), ::getpid())),
-      file_(partial_, std::ios::binary | std::ios::trunc) {
-  if (!file_) fail(errno);
-  const auto put_value = [this](const auto& value) { put(&value, sizeof(value)); };
-  put_value(kVersion);
-  put_value(std::uint64_t{kSensorName.size()});
-  put(kSensorName.data(), kSensorName.size());
+SensWriter::SensWriter(std::filesystem::path path, const Camera& camera) : file_(std::move(path)) {
+  std::string head;
+  const auto put = [&head](const auto& value) { head += bytes_of(value); };
+  put(kVersion);
+  put(std::uint64_t{kSensorName.size()});
+  head += kSensorName;
   const Matrix16 identity = row_major(Eigen::Matrix4d::Identity());
-  for (const Matrix16& matrix : {intrinsic(camera), identity, intrinsic(camera), identity}) put_value(matrix);
-  put_value(ColorCompression::kJpeg);
-  put_value(DepthCompression::kZlib);
-  for (const int side : {camera.width, camera.height, camera.width, camera.height}) put_value(static_cast<std::uint32_t>(side));
-  put_value(kMillimetres);
-  count_at_ = file_.tellp();
-  put_value(std::uint64_t{0});
-}
-
-SensWriter::~SensWriter() {
-  if (finished_) return;
-  file_.close();
-  ::unlink(partial_.c_str());
+  for (const Matrix16& matrix : {intrinsic(camera), identity, intrinsic(camera), identity}) put(matrix);
+  put(ColorCompression::kJpeg);
+  put(DepthCompression::kZlib);
+  for (const int side : {camera.width, camera.height, camera.width, camera.height}) put(static_cast<std::uint32_t>(side));
+  put(kMillimetres);
+  count_at_ = head.size();
+  put(std::uint64_t{0});
+  file_.append(head);
 }
 
 void SensWriter::write(const SensFrame& frame) {
-  put(&frame.header, sizeof(frame.header));
-  put(frame.color.data(), frame.color.size());
-  put(frame.depth.data(), frame.depth.size());
+  file_.append(bytes_of(frame.header));
+  for (const auto* blob : {&frame.color, &frame.depth}) {
+    file_.append({reinterpret_cast<const char*>(blob->data()), blob->size()});
+  }
   ++frames_;
 }
 
 void SensWriter::finish() {
   constexpr std::uint64_t kAccelerationRecords = 0;
-  put(&kAccelerationRecords, sizeof(kAccelerationRecords));
-  file_.seekp(count_at_);
-  put(&frames_, sizeof(frames_));
-  errno = 0;
-  file_.close();
-  if (!file_ || ::rename(partial_.c_str(), path_.c_str()) != 0) fail(errno);
-  finished_ = true;
-}
-
-void SensWriter::put(const void* bytes, std::size_t count) {
-  errno = 0;
-  file_.write(static_cast<const char*>(bytes), static_cast<std::streamsize>(count));
-  if (!file_) fail(errno);
-}
-
-void SensWriter::fail(int error) {
-  file_.close();
-  ::unlink(partial_.c_str());
-  throw Error(fmt::format("cannot write {}: {}; free space or choose another folder", path_.string(),
-                          error != 0 ? std::strerror(error) : "the disk takes no more"));
+  file_.append(bytes_of(kAccelerationRecords));
+  file_.overwrite(count_at_, bytes_of(frames_));
+  file_.commit();
 }
 
 }  // namespace panoptic

@@ -6,9 +6,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
+#include "panoptic/base/files.h"
 #include "panoptic/data/frame.h"
 #include "panoptic/io/sens_file.h"
 
@@ -31,9 +31,6 @@ class SensWriter {
  public:
   // `camera` is that of the frames, depth and colour alike.
   SensWriter(std::filesystem::path path, const Camera& camera);
-  ~SensWriter();
-  SensWriter(const SensWriter&) = delete;
-  SensWriter& operator=(const SensWriter&) = delete;
 
   void write(const SensFrame& frame);
   void finish();
@@ -41,15 +38,9 @@ class SensWriter {
   std::uint64_t frames() const { return frames_; }
 
  private:
-  void put(const void* bytes, std::size_t count);
-  [[noreturn]] void fail(int error);
-
-  std::filesystem::path path_;
-  std::filesystem::path partial_;
-  std::ofstream file_;
-  std::streamoff count_at_ = 0;  // where the number of frames stands
+  PartialFile file_;
+  std::uint64_t count_at_ = 0;  // where the number of frames stands
   std::uint64_t frames_ = 0;
-  bool finished_ = false;
 };
 
 }  // namespace panoptic

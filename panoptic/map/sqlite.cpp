@@ -5,7 +5,10 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <cstring>
+
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 
 namespace panoptic {
 namespace {
@@ -56,13 +59,11 @@ void harden(sqlite3* handle) {
 void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
 
 Database::Database(const std::filesystem::path& path, DatabaseAccess access) : path_(path) {
-  std::error_code ignored;
   const bool in_memory = path == ":memory:";
-  if (access == DatabaseAccess::kCreate && !in_memory &&
-      std::filesystem::exists(std::filesystem::symlink_status(path, ignored))) {
+  if (access == DatabaseAccess::kCreate && !in_memory && is_there(path)) {
     throw Error(fmt::format("{} is there already; choose another name or remove it", path.string()));
   }
-  if (access != DatabaseAccess::kCreate && !std::filesystem::is_regular_file(path, ignored)) {
+  if (access != DatabaseAccess::kCreate && !is_file(path)) {
     throw Error(fmt::format("cannot open {}: there is no such file; check the path", path.string()));
   }
   sqlite3* handle = nullptr;
@@ -76,7 +77,9 @@ Database::Database(const std::filesystem::path& path, DatabaseAccess access) : p
 
 void Database::fail() const {
   const int code = sqlite3_extended_errcode(handle_.get());
-  throw Error(fmt::format("map file {}: {}; {}", path_.string(), sqlite3_errmsg(handle_.get()), remedy_for(code)));
+  const int reason = (code & 0xFF) == SQLITE_IOERR || (code & 0xFF) == SQLITE_CANTOPEN ? sqlite3_system_errno(handle_.get()) : 0;
+  throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), sqlite3_errmsg(handle_.get()),
+                          reason != 0 ? fmt::format(" ({})", std::strerror(reason)) : "", remedy_for(code)));
 }
 
 void Database::refuse(std::string_view what) const { throw Error(fmt::format("map file {}: {}", path_.string(), what)); }

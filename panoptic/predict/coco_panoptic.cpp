@@ -10,6 +10,7 @@
 #include <set>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/predict/json_value.h"
 #include "panoptic/predict/prediction_io.h"
@@ -109,7 +110,7 @@ CocoPanoptic::Picture to_picture(const JsonValue& annotation, const std::filesys
 // The PNG files lie in the folder that is named like the JSON file, or beside it.
 std::filesystem::path picture_folder(const std::filesystem::path& json) {
   const std::filesystem::path named = json.parent_path() / json.stem();
-  return std::filesystem::is_directory(named) ? named : json.parent_path();
+  return is_folder(named) ? named : json.parent_path();
 }
 
 // Which segment of the result each segment of the picture becomes, 0 = unknown.
@@ -137,13 +138,12 @@ std::vector<std::uint16_t> number_segments(const CocoPanoptic::Picture& picture,
 }  // namespace
 
 std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::path& path) {
-  std::error_code error;
-  if (std::filesystem::is_regular_file(path, error)) return path;
+  if (is_file(path)) return path;
   std::optional<std::filesystem::path> only;
-  for (const auto& entry : std::filesystem::directory_iterator(path, error)) {
-    if (entry.path().extension() != ".json") continue;
+  for (const std::string& name : names_in_folder(path)) {
+    if (!name.ends_with(".json")) continue;
     if (only) return std::nullopt;
-    only = entry.path();
+    only = path / name;
   }
   return only;
 }

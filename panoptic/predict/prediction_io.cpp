@@ -123,7 +123,7 @@ std::string why_unwritable(const Segmentation& segmentation, const LabelSet& lab
 PredictionWriter::PredictionWriter(std::filesystem::path folder, LabelSet labels, std::string producer)
     : folder_(std::move(folder)), labels_(std::move(labels)), producer_(std::move(producer)) {
   require_writable_folder(folder_);
-  if (std::filesystem::exists(folder_ / kIndexFile)) {
+  if (is_there(folder_ / kIndexFile)) {
     throw Error(fmt::format("{} already holds predictions: choose another folder or remove it", folder_.string()));
   }
 }
@@ -168,8 +168,7 @@ PredictionFolder open_predictions(const std::filesystem::path& folder) {
 
 Segmentation read_prediction(const PredictionFolder& folder, std::int64_t frame_index) {
   const std::filesystem::path json_path = frame_file(folder.path, frame_index, "json");
-  std::error_code error;
-  if (!std::filesystem::exists(json_path, error)) return {};
+  if (!is_there(json_path)) return {};
   const Json json = read_json_file(json_path);
   const JsonValue root(json, json_path.string());
   if (root.at("frame").integer(0, std::numeric_limits<std::int64_t>::max()) != frame_index)

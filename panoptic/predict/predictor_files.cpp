@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/predict/coco_panoptic.h"
 #include "panoptic/predict/prediction_io.h"
 
@@ -50,8 +51,8 @@ bool same_classes(const LabelSet& a, const LabelSet& b) {
 }  // namespace
 
 std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path, const std::optional<LabelSet>& labels) {
-  if (!std::filesystem::exists(path)) throw Error(fmt::format("there are no predictions at {}: check the path", path.string()));
-  if (std::filesystem::is_regular_file(path / "predictions.json")) {
+  if (!is_there(path)) throw Error(fmt::format("there are no predictions at {}: check the path", path.string()));
+  if (is_file(path / "predictions.json")) {
     PredictionFolder folder = open_predictions(path);
     if (labels && !same_classes(*labels, folder.labels)) {
       throw Error(

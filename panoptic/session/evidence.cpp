@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/predict/json_value.h"
 
 namespace panoptic {
@@ -147,7 +148,7 @@ std::string sights_text(const Evidence& e) {
 
 Evidence read_evidence(const std::filesystem::path& run, std::uint16_t id) {
   const std::filesystem::path path = run / "objects.json";
-  if (!std::filesystem::is_regular_file(path)) {
+  if (!is_file(path)) {
     throw Error(fmt::format("{}: no objects.json in it; name the folder that panoptic run wrote", run.string()));
   }
   const Json json = read_json_file(path);

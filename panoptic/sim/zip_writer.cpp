@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 
 namespace panoptic {
 namespace {
@@ -22,18 +23,20 @@ namespace {
 }  // namespace
 
 ZipWriter::ZipWriter(std::filesystem::path path) : path_(std::move(path)) {
-  int code = 0;
-  archive_ = zip_open(path_.c_str(), ZIP_CREATE | ZIP_EXCL, &code);
-  if (archive_ != nullptr) return;
-  zip_error_t error;
-  zip_error_init_with_code(&error, code);
-  const std::string why = zip_error_strerror(&error);
-  zip_error_fini(&error);
-  fail(path_, why.c_str());
+  if (is_there(path_)) fail(path_, "it is there already");
+  bytes_ = zip_source_buffer_create(nullptr, 0, 0, nullptr);
+  if (bytes_ == nullptr) throw std::bad_alloc();
+  archive_ = zip_open_from_source(bytes_, ZIP_CREATE | ZIP_TRUNCATE, nullptr);
+  if (archive_ == nullptr) {
+    zip_source_free(bytes_);
+    throw std::bad_alloc();
+  }
+  zip_source_keep(bytes_);  // closing the archive gives up one of the two
 }
 
 ZipWriter::~ZipWriter() {
   if (archive_ != nullptr) zip_discard(archive_);
+  zip_source_free(bytes_);
 }
 
 void ZipWriter::add(const std::string& entry, const std::vector<std::uint8_t>& bytes) {
@@ -57,9 +60,17 @@ void ZipWriter::add(const std::string& entry, const std::vector<std::uint8_t>& b
   zip_file_set_dostime(archive_, position, 0, kFirstDay, 0);
 }
 
+// libzip makes it in memory, so that all files come to the disk in one way.
 void ZipWriter::finish() {
   if (zip_close(archive_) != 0) fail(path_, zip_strerror(archive_));
   archive_ = nullptr;
+  zip_stat_t stat;
+  if (zip_source_stat(bytes_, &stat) != 0 || zip_source_open(bytes_) != 0) fail(path_, "libzip lost it");
+  std::string bytes(static_cast<std::size_t>(stat.size), '\0');
+  const zip_int64_t count = zip_source_read(bytes_, bytes.data(), bytes.size());
+  zip_source_close(bytes_);
+  if (count < 0 || static_cast<std::size_t>(count) != bytes.size()) fail(path_, "libzip lost it");
+  write_file(path_, bytes);
 }
 
 }  // namespace panoptic

@@ -10,6 +10,7 @@
 #include <vector>
 
 struct zip;
+struct zip_source;
 
 namespace panoptic {
 
@@ -27,6 +28,7 @@ class ZipWriter {
 
  private:
   std::filesystem::path path_;
+  zip_source* bytes_ = nullptr;  // the archive in memory
   zip* archive_ = nullptr;
 };
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/base/files.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
@@ -191,6 +192,57 @@ TEST(RequireWritableFolder, RefusesAFolderWithoutPermission) {
     EXPECT_THAT(error_of([&] { require_writable_folder(folder / "locked/sub"); }), HasSubstr("Permission denied"));
   }
   std::filesystem::permissions(folder / "locked", std::filesystem::perms::owner_all);
+}
+
+TEST(PartialFile, AppearsWholeWithCommitOnly) {
+  const std::filesystem::path folder = fresh_folder();
+  {
+    PartialFile file(folder / "file");
+    file.append("0123");
+    file.append("4567");
+    file.overwrite(2, "xy");
+    file.append("89");
+    EXPECT_FALSE(is_there(folder / "file"));
+    file.commit();
+  }
+  EXPECT_EQ(read_file(folder / "file"), "01xy456789");
+  { PartialFile(folder / "file").append("newer"); }
+  EXPECT_EQ(read_file(folder / "file"), "01xy456789") << "never committed";
+  EXPECT_THAT(names_in(folder), ElementsAre("file"));
+}
+
+TEST(PartialFile, SaysThatTheDiskIsFull) {
+  if (!is_there("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  const std::filesystem::path folder = fresh_folder();
+  // Its temporary name leads to a disk that is always full.
+  std::filesystem::create_symlink("/dev/full", folder / fmt::format(".file.{}.partial", ::getpid()));
+  EXPECT_THAT(error_of([&] { write_file(folder / "file", "x"); }), HasSubstr("No space left on device"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+TEST(Names, OfAFolderAreSortedAndOfNothingThereAreNone) {
+  const std::filesystem::path folder = fresh_folder();
+  for (const char* name : {"b", "a", "c"}) write_file(folder / name, "");
+  EXPECT_THAT(names_in_folder(folder), ElementsAre("a", "b", "c"));
+  EXPECT_TRUE(names_in_folder(folder / "a").empty());
+  EXPECT_TRUE(names_in_folder(folder / "no").empty());
+}
+
+TEST(Names, WhatCannotBeLookedAtIsNotAbsent) {
+  const std::filesystem::path folder = fresh_folder();
+  std::filesystem::create_directory(folder / "secret");
+  write_file(folder / "secret" / "file", "");
+  std::filesystem::create_symlink("nowhere", folder / "link");
+  EXPECT_TRUE(is_there(folder / "secret" / "file") && is_file(folder / "secret" / "file") && is_folder(folder / "secret"));
+  EXPECT_TRUE(is_there(folder / "link")) << "a link to nowhere is in the way too";
+  EXPECT_FALSE(is_file(folder / "link"));
+  std::filesystem::permissions(folder / "secret", std::filesystem::perms::none);
+  {
+    const OrdinaryUser ordinary;
+    EXPECT_THAT(error_of([&] { is_there(folder / "secret" / "file"); }), HasSubstr("Permission denied"));
+    EXPECT_THAT(error_of([&] { names_in_folder(folder / "secret"); }), HasSubstr("Permission denied"));
+  }
+  std::filesystem::permissions(folder / "secret", std::filesystem::perms::all);
 }
 
 }  // namespace
