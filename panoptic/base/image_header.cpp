@@ -34,16 +34,44 @@ bool fits(std::uint64_t width, std::uint64_t height, std::size_t max_pixels) {
   return width > 0 && height > 0 && width * height <= max_pixels;
 }
 
+constexpr std::uint64_t kDeflateRatio = 1032;  // 258 bytes from two bits
+
+// Could the picture's bits come from a file of so many bytes? REQUIRES sides that fit some sane limit.
+bool could_hold(std::size_t file_bytes, std::uint64_t pixels, std::uint64_t bits_per_pixel, std::uint64_t ratio) {
+  return pixels * bits_per_pixel <= std::uint64_t{file_bytes} * 8 * ratio;
+}
+
 bool acceptable_png(Bytes bytes, std::size_t max_pixels) {
-  constexpr std::size_t kHeaderBytes = 24;  // signature, chunk length and type, width, height
-  return bytes.size() >= kHeaderBytes && fits(big_endian(bytes.subspan(16, 4)), big_endian(bytes.subspan(20, 4)), max_pixels);
+  constexpr std::size_t kHeaderBytes = 26;  // signature, chunk length and type, width, height, depth, kind of colour
+  constexpr std::array<std::uint64_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};
+  if (bytes.size() < kHeaderBytes) return false;
+  const std::uint64_t width = big_endian(bytes.subspan(16, 4));
+  const std::uint64_t height = big_endian(bytes.subspan(20, 4));
+  const std::size_t kind = bytes[25];
+  if (!fits(width, height, max_pixels) || kind >= kChannels.size() || kChannels.at(kind) == 0) return false;
+  return could_hold(bytes.size(), width * height, bytes[24] * kChannels.at(kind), kDeflateRatio);
+}
+
+// Of the picture's data and what follows: the end must be there, and no more scans than any encoder writes, since each scan of
+// a few bytes has the whole picture gone through again.
+bool acceptable_scans(Bytes scans) {
+  constexpr std::uint8_t kScan = 0xDA;
+  constexpr std::uint8_t kEnd = 0xD9;
+  constexpr int kMostScans = 100;
+  int count = 0;
+  for (std::size_t i = 0; i + 1 < scans.size(); ++i) {
+    if (scans[i] != 0xFF) continue;
+    if (scans[i + 1] == kEnd) return true;
+    if (scans[i + 1] == kScan && ++count > kMostScans) return false;
+  }
+  return false;
 }
 
 // Walks the segments of a JPEG. OpenCV shows what is left of a truncated one, grey below the cut: not to be taken for a
 // picture. So the end marker must be there, which cannot occur within the picture's data.
 bool acceptable_jpeg(Bytes bytes, std::size_t max_pixels) {
-  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
   constexpr std::uint8_t kScan = 0xDA;
+  constexpr std::uint64_t kMostPixelsPerByte = 1024;  // a bit for each of 8 blocks, which may stand for 32 x 32 pixels
   for (std::size_t at = 2; at + 9 < bytes.size();) {
     const std::uint8_t marker = bytes[at + 1];
     if (bytes[at] != 0xFF) return false;
@@ -51,13 +79,13 @@ bool acceptable_jpeg(Bytes bytes, std::size_t max_pixels) {
       ++at;
       continue;
     }
-    if (marker == kScan) {
-      const Bytes scan = bytes.subspan(at);
-      return std::search(scan.begin(), scan.end(), kEnd.begin(), kEnd.end()) != scan.end();
-    }
+    if (marker == kScan) return acceptable_scans(bytes.subspan(at));
     const bool is_frame_header = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
     const Bytes sizes = bytes.subspan(at + 5, 4);
-    if (is_frame_header && !fits(big_endian(sizes.subspan(2)), big_endian(sizes.first(2)), max_pixels)) return false;
+    if (is_frame_header) {
+      const std::uint64_t limit = std::min<std::uint64_t>(max_pixels, bytes.size() * kMostPixelsPerByte);
+      if (!fits(big_endian(sizes.subspan(2)), big_endian(sizes.first(2)), limit)) return false;
+    }
     at += 2 + big_endian(bytes.subspan(at + 2, 2));
   }
   return false;
@@ -88,7 +116,27 @@ bool acceptable_pnm(Bytes bytes, std::size_t max_pixels) {
   std::size_t at = 2;
   const auto width = next_number(bytes, at);
   const auto height = next_number(bytes, at);
-  return width && height && fits(*width, *height, max_pixels);
+  return width && height && fits(*width, *height, std::min(max_pixels, bytes.size()));  // a byte per pixel or more
+}
+
+// How many bytes of a TIFF's pixels one byte of the file can stand for, at most; 0 for compressions that nobody uses for images
+// of numbers.
+std::uint64_t tiff_ratio(std::uint32_t compression) {
+  constexpr std::uint64_t kLzwRatio = 2560;  // strings of up to 3838 bytes from 12 bits
+  constexpr std::uint64_t kPackBitsRatio = 64;
+  switch (compression) {
+    case 1:
+      return 1;
+    case 5:
+      return kLzwRatio;
+    case 8:
+    case 32946:
+      return kDeflateRatio;
+    case 32773:
+      return kPackBitsRatio;
+    default:
+      return 0;
+  }
 }
 
 // The first directory of a TIFF: codecs read no other.
@@ -96,7 +144,8 @@ bool acceptable_tiff(Bytes bytes, std::size_t max_pixels) {
   constexpr std::size_t kEntryBytes = 12;
   constexpr std::uint32_t kShort = 3;
   constexpr std::uint32_t kLong = 4;
-  constexpr std::array<std::uint32_t, 4> kTags = {256, 257, 322, 323};  // width and height of the image, then of a tile
+  // Width and height of the image, then of a tile; compression.
+  constexpr std::array<std::uint32_t, 5> kTags = {256, 257, 322, 323, 259};
   const auto number = bytes[0] == 'I' ? little_endian : big_endian;
   if (bytes.size() < 8) return false;
   const std::size_t directory = number(bytes.subspan(4, 4));
@@ -114,7 +163,9 @@ bool acceptable_tiff(Bytes bytes, std::size_t max_pixels) {
     size = number(entry.subspan(8, type == kShort ? 2 : 4));
   }
   const bool tile_fits = fits(sizes[2].value_or(1), sizes[3].value_or(1), max_pixels);
-  return sizes[0] && sizes[1] && fits(*sizes[0], *sizes[1], max_pixels) && tile_fits;
+  if (!sizes[0] || !sizes[1] || !tile_fits || !fits(*sizes[0], *sizes[1], max_pixels)) return false;
+  constexpr std::uint64_t kLeastBits = 1;  // of a pixel: what a file of 32 bits cannot hold, one of 1 bit may
+  return could_hold(bytes.size(), std::uint64_t{*sizes[0]} * *sizes[1], kLeastBits, tiff_ratio(sizes[4].value_or(1)));
 }
 
 }  // namespace

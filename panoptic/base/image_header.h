@@ -10,8 +10,9 @@
 
 namespace panoptic {
 
-// True for a PNG, JPEG, PGM, PPM or TIFF file by its first bytes whose header tells of at most max_pixels and which is not
-// obviously cut off. Nothing else may reach the codecs: they know many more formats, which nobody needs or has tested here.
+// True for a PNG, JPEG, PGM, PPM or TIFF file by its first bytes whose header tells of at most max_pixels, and of no more than
+// the best compression could pack into so many bytes, and which is not obviously cut off. Nothing else may reach the codecs:
+// they know many more formats, which nobody needs or has tested here, and take memory and time for whatever a header claims.
 bool is_acceptable_image(std::span<const std::uint8_t> bytes, std::size_t max_pixels);
 
 }  // namespace panoptic

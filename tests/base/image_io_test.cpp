@@ -203,7 +203,8 @@ TEST(ImageIo, ReadsFloatsFromATiffOfEitherByteOrder) {
 
 // The size is refused by what the header says, before a codec takes memory for it; each is otherwise plausible.
 TEST(ImageHeader, TellsTheSizeOfEveryFormat) {
-  const auto tiff = [](std::uint32_t width, std::uint32_t height) { return float_tiff(width % 2 == 0, width, height, {0}); };
+  const std::vector<float> pixels(1000);
+  const auto tiff = [&](std::uint32_t width, std::uint32_t height) { return float_tiff(width % 2 == 0, width, height, pixels); };
   EXPECT_TRUE(is_acceptable_image(tiff(100, 10), 1000));
   EXPECT_TRUE(is_acceptable_image(tiff(125, 8), 1000));
   for (const auto& [width, height] : std::vector<std::pair<std::uint32_t, std::uint32_t>>{
@@ -211,12 +212,54 @@ TEST(ImageHeader, TellsTheSizeOfEveryFormat) {
     EXPECT_FALSE(is_acceptable_image(tiff(width, height), 1000)) << width << " x " << height;
   }
   const auto pnm = [](const std::string& text) { return is_acceptable_image(bytes_of(text), 1000); };
-  EXPECT_TRUE(pnm("P5\n# by hand\n100\t10 255\n"));
+  const std::string data(1000, '7');
+  EXPECT_TRUE(pnm("P5\n# by hand\n100\t10 255\n" + data));
   EXPECT_TRUE(pnm("P3 1 1 255 1 2 3"));
   for (const char* text : {"P5\n100 11\n255\n", "P6 4294967297 1 255\n", "P6 99999 99999 255\n", "P5 -5 5 255\n", "P5 0 5 255\n",
-                           "P5 5", "P5", "P5 # 5 5", "P4 1 1\n"}) {
-    EXPECT_FALSE(pnm(text)) << text;
+                           "P5 # 5 5", "P4 1 1\n"}) {
+    EXPECT_FALSE(pnm(text + data)) << text;
   }
+  EXPECT_FALSE(pnm("P5 5"));
+  EXPECT_FALSE(pnm("P5"));
+}
+
+// A header may claim what the best compression could pack into the file, and no pixel more: memory is taken for what it claims.
+TEST(ImageHeader, RefusesMorePixelsThanTheBytesCanHold) {
+  constexpr std::size_t kNoOtherLimit = std::size_t{1} << 62;
+  std::vector<std::uint8_t> png = encode_png(Image<std::uint16_t>(2000, 1000));  // all zeros: as small as it gets
+  EXPECT_TRUE(is_acceptable_image(png, kNoOtherLimit));
+  EXPECT_LT(png.size(), 10000U);
+  png[22] = 0x20;  // 8192 rows more
+  EXPECT_FALSE(is_acceptable_image(png, kNoOtherLimit));
+
+  std::vector<std::uint8_t> jpeg = encode_jpeg(Image<Rgb>(2000, 1000), 1);
+  EXPECT_TRUE(is_acceptable_image(jpeg, kNoOtherLimit));
+  std::vector<std::uint8_t> tiny = grey_jpeg();
+  constexpr std::size_t kWidth = 71 + 7;
+  ASSERT_EQ(tiny[kWidth + 1], 16);
+  tiny[kWidth] = 0x40;  // 16,400 x 8 pixels in 141 bytes
+  EXPECT_TRUE(is_acceptable_image(tiny, kNoOtherLimit));
+  tiny[kWidth - 2] = 0x10;  // 4,104 rows
+  EXPECT_FALSE(is_acceptable_image(tiny, kNoOtherLimit));
+
+  EXPECT_TRUE(is_acceptable_image(float_tiff(false, 40, 10, std::vector<float>(400)), kNoOtherLimit));
+  EXPECT_FALSE(is_acceptable_image(float_tiff(false, 4000, 1000, std::vector<float>(400)), kNoOtherLimit));
+  EXPECT_TRUE(is_acceptable_image(bytes_of("P6 2 1 255 abcdef"), kNoOtherLimit));
+  EXPECT_FALSE(is_acceptable_image(bytes_of("P6 200 100 255 abcdef"), kNoOtherLimit));
+}
+
+TEST(ImageHeader, RefusesAJpegOfEndlessScans) {
+  const std::vector<std::uint8_t> whole = grey_jpeg();
+  constexpr std::size_t kScanBytes = 11;  // with its one byte of data
+  const std::vector<std::uint8_t> scan(whole.end() - kScanBytes - 2, whole.end() - 2);
+  const auto with_scans = [&](int count) {
+    std::vector<std::uint8_t> jpeg(whole.begin(), whole.end() - 2);
+    for (int i = 1; i < count; ++i) jpeg.insert(jpeg.end(), scan.begin(), scan.end());
+    jpeg.insert(jpeg.end(), {0xFF, 0xD9});
+    return jpeg;
+  };
+  EXPECT_TRUE(is_acceptable_image(with_scans(20), 1000));
+  EXPECT_FALSE(is_acceptable_image(with_scans(101), 1000));
 }
 
 TEST(ImageHeader, RefusesATiffWhoseDirectoryIsNotThere) {
