@@ -7,12 +7,22 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
 
 namespace panoptic {
 
 using Json = nlohmann::ordered_json;
 
-// Throws Error with the file's name and the place if the text is not JSON or the file is larger than max_bytes.
+// Members are kept in their order and found one by one, so an object of a million would take hours to read. No file of ours has
+// more than one for each of 999 classes.
+inline constexpr std::size_t kMostJsonMembers = 4096;
+
+// Nothing if the text is not JSON, or an object in it has more members than that.
+std::optional<Json> json_in(std::string_view text);
+
+// Throws Error with the file's name and the place if the text is not JSON, an object in it has more members than that, or the
+// file is larger than max_bytes.
 Json read_json_file(const std::filesystem::path& path, std::uintmax_t max_bytes = 64U << 20);
 
 // Written as write_file writes: whole or not at all.

@@ -41,11 +41,17 @@ Pose extrinsic_of(const Matrix16& matrix, const std::string& source) {
 }
 
 // Inflates to exactly `out.size()` pixels and no byte more, so that a bomb costs nothing.
+// REQUIRES could_inflate_to(blob.size(), the bytes of `out`), so that a small file does not ask for much memory.
 bool inflate_exactly(std::span<const std::uint8_t> blob, Image<std::uint16_t>& out) {
   const uLong expected = static_cast<uLong>(out.size() * sizeof(std::uint16_t));
   uLongf written = expected;
   const int status = ::uncompress(reinterpret_cast<Bytef*>(out.data()), &written, blob.data(), static_cast<uLong>(blob.size()));
   return status == Z_OK && written == expected;
+}
+
+bool could_inflate_to(std::uint64_t blob_bytes, std::uint64_t bytes) {
+  constexpr std::uint64_t kDeflateRatio = 1032;  // 258 bytes from two bits
+  return bytes <= blob_bytes * kDeflateRatio;
 }
 
 Calibration calibration_of(const StreamHeader& h, const std::string& name) {
@@ -67,18 +73,19 @@ std::optional<Image<Rgb>> decode_color(std::span<const std::uint8_t> blob, const
       return std::nullopt;
     }
   }
-  Image<Rgb> image(static_cast<int>(h.color_width), static_cast<int>(h.color_height));
   static_assert(sizeof(Rgb) == 3);
-  if (blob.size() != image.size() * sizeof(Rgb)) return std::nullopt;
+  if (blob.size() != std::uint64_t{h.color_width} * h.color_height * sizeof(Rgb)) return std::nullopt;
+  Image<Rgb> image(static_cast<int>(h.color_width), static_cast<int>(h.color_height));
   std::memcpy(image.data(), blob.data(), blob.size());
   return image;
 }
 
 std::optional<Image<std::uint16_t>> decode_depth(std::span<const std::uint8_t> blob, const StreamHeader& h) {
+  const bool is_packed = h.depth_compression == DepthCompression::kZlib;
+  const std::uint64_t bytes = std::uint64_t{h.depth_width} * h.depth_height * sizeof(std::uint16_t);
+  if (is_packed ? !could_inflate_to(blob.size(), bytes) : blob.size() != bytes) return std::nullopt;
   Image<std::uint16_t> image(static_cast<int>(h.depth_width), static_cast<int>(h.depth_height));
-  if (h.depth_compression == DepthCompression::kZlib)
-    return inflate_exactly(blob, image) ? std::optional(std::move(image)) : std::nullopt;
-  if (blob.size() != image.size() * sizeof(std::uint16_t)) return std::nullopt;
+  if (is_packed) return inflate_exactly(blob, image) ? std::optional(std::move(image)) : std::nullopt;
   std::memcpy(image.data(), blob.data(), blob.size());
   return image;
 }

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "panoptic/base/error.h"
@@ -86,6 +87,12 @@ double finite(const Json& json) {
   return value;
 }
 
+float finite_float(const Json& json) {
+  const double value = finite(json);
+  require(value <= static_cast<double>(std::numeric_limits<float>::max()));
+  return static_cast<float>(value);
+}
+
 ClassId class_from(const std::string& text) {
   std::uint16_t id = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
@@ -95,9 +102,9 @@ ClassId class_from(const std::string& text) {
 
 Json json_from(std::string_view text) {
   require(text.size() <= kMostText);
-  Json json = Json::parse(text, nullptr, false);
-  require(!json.is_discarded());
-  return json;
+  std::optional<Json> json = json_in(text);
+  require(json.has_value());
+  return std::move(*json);
 }
 
 VoteHistory votes_from(const Json& json) {
@@ -125,7 +132,7 @@ BestViews views_from(const Json& json) {
     const auto pixel = [&](std::size_t i) { return static_cast<int>(whole(v[i], -kMostPixels, kMostPixels)); };
     best.add({.frame = whole(v[0], std::numeric_limits<std::int64_t>::min(), kMost),
               .class_id = static_cast<ClassId>(whole(v[1], 0, 65535)),
-              .score = static_cast<float>(finite(v[2])),
+              .score = finite_float(v[2]),
               .visible_px = static_cast<std::uint32_t>(whole(v[3], 0, std::numeric_limits<std::uint32_t>::max())),
               .box = {pixel(4), pixel(5), pixel(6), pixel(7)}});
   }

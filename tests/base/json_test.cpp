@@ -50,5 +50,28 @@ TEST(Json, LargeAndDeepFilesAreErrors) {
   EXPECT_NO_THROW(read_json_file(folder / "closed.json"));  // depth is not a stack overflow either
 }
 
+std::string object_of(std::size_t members) {
+  std::string text = "{";
+  for (std::size_t i = 0; i < members; ++i) text += (i == 0 ? "\"" : ", \"") + std::to_string(i) + "\": [{}, \",\\\",\"]";
+  return text + "}";
+}
+
+// Reading an object takes quadratic time in its members: this one would take hours.
+TEST(Json, RefusesObjectsWithMoreMembersThanAnyFileOfOursAtOnce) {
+  const std::filesystem::path folder = fresh_folder();
+  write_file(folder / "crowded.json", "[1, " + object_of(1000000) + "]");
+  EXPECT_THAT(error_of([&] { read_json_file(folder / "crowded.json"); }),
+              HasSubstr("crowded.json: an object with more than 4096"));
+  EXPECT_EQ(json_in(object_of(kMostJsonMembers + 1)), std::nullopt);
+  EXPECT_EQ(json_in(object_of(kMostJsonMembers))->size(), kMostJsonMembers);
+  write_file(folder / "list.json", "[" + object_of(2) + std::string(10000, ' ') + ", [" + std::string(20000, ' ') + "1, 2]]");
+  EXPECT_EQ(read_json_file(folder / "list.json").size(), 2U);
+}
+
+TEST(Json, TextsThatAreNotJsonAreNothing) {
+  for (const char* text : {"", "{", "\"", "\"\\", "]", "[1,]", "{\"a\"}"}) EXPECT_EQ(json_in(text), std::nullopt) << text;
+  EXPECT_EQ(json_in(" [null] "), Json::parse("[null]"));
+}
+
 }  // namespace
 }  // namespace panoptic
