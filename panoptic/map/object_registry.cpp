@@ -7,6 +7,23 @@
 #include "panoptic/base/error.h"
 
 namespace panoptic {
+namespace {
+
+constexpr double kFaint = 0.03;  // what is left when the likely classes are ruled out may be no more than noise
+
+}  // namespace
+
+void add_observations(const Object& from, Object& into) {
+  if (from.observations > 0) {
+    into.first_frame = into.observations == 0 ? from.first_frame : std::min(into.first_frame, from.first_frame);
+    into.last_frame = into.observations == 0 ? from.last_frame : std::max(into.last_frame, from.last_frame);
+  }
+  into.observations += from.observations;
+  into.score_sum += from.score_sum;
+  for (const auto& [class_id, evidence] : from.evidence) into.evidence[class_id] += evidence;
+  into.votes.merge(from.votes);
+  into.best_views.merge(from.best_views);
+}
 
 ObjectRegistry::ObjectRegistry(std::uint16_t first_thing, RegistryState state)
     : first_thing_(first_thing), objects_(std::move(state.objects)), created_since_retirement_(state.created_since_retirement) {
@@ -69,15 +86,7 @@ void ObjectRegistry::merge(PanopticId from, PanopticId into, std::int64_t frame)
   PANOPTIC_ASSERT(from != into && find(from) != nullptr && find(into) != nullptr);
   Object& part = objects_[number(from) - first_thing_];
   Object& whole = objects_[number(into) - first_thing_];
-  if (part.observations > 0) {
-    whole.first_frame = whole.observations == 0 ? part.first_frame : std::min(whole.first_frame, part.first_frame);
-    whole.last_frame = whole.observations == 0 ? part.last_frame : std::max(whole.last_frame, part.last_frame);
-  }
-  whole.observations += part.observations;
-  whole.score_sum += part.score_sum;
-  for (const auto& [class_id, evidence] : part.evidence) whole.evidence[class_id] += evidence;
-  whole.votes.merge(part.votes);
-  whole.best_views.merge(part.best_views);
+  add_observations(part, whole);
   whole.parts.insert(whole.parts.end(), part.parts.begin(), part.parts.end());
   whole.parts.push_back({from, frame});
   part = Object{};
@@ -115,6 +124,12 @@ void ObjectRegistry::rule_out(PanopticId id, std::set<ClassId> classes) {
   objects_[number(id) - first_thing_].ruled_out = std::move(classes);
 }
 
+void ObjectRegistry::assume(PanopticId id, ClassId class_id) {
+  PANOPTIC_ASSERT(class_of(id) == ClassId::kUnknown);
+  Object& object = objects_[number(id) - first_thing_];
+  object.evidence[class_id] = kFaint * object.score_sum;
+}
+
 ClassId ObjectRegistry::class_of(PanopticId id) const {
   const Object* object = find(id);
   ClassId best = ClassId::kUnknown;
@@ -125,7 +140,6 @@ ClassId ObjectRegistry::class_of(PanopticId id) const {
     best = class_id;
     most = evidence;
   }
-  constexpr double kFaint = 0.03;  // what is left when the likely classes are ruled out may be no more than noise
   if (!object->ruled_out.empty() && most < kFaint * object->score_sum) return ClassId::kUnknown;
   return best;
 }

@@ -43,6 +43,9 @@ struct Object {
   bool operator==(const Object&) const = default;
 };
 
+// Adds what was observed of one object to another, as if both had been one all along. Ids, parts and what is ruled out stay.
+void add_observations(const Object& from, Object& into);
+
 // Everything that a registry knows, to save it and to go on from there.
 struct RegistryState {
   std::vector<Object> objects;  // by id - first_thing; of a retired or merged one the id is kUnknown, and it has no evidence
@@ -77,6 +80,9 @@ class ObjectRegistry {
 
   // The object cannot be of these classes (and of all others it can).
   void rule_out(PanopticId id, std::set<ClassId> classes);
+
+  // Nothing speaks for any class that the object can be: it is of this one. REQUIRES class_of(id) == kUnknown.
+  void assume(PanopticId id, ClassId class_id);
 
   // The most probable class that is not ruled out; ties go to the lower class id. kUnknown for an object without evidence.
   ClassId class_of(PanopticId id) const;

@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/map/map_merge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/parallel.h"
+
+namespace panoptic {
+namespace {
+
+// Frame numbers of real recordings are far below; beyond, shifts could overflow.
+constexpr std::int64_t kMostFrame = std::int64_t{1} << 48;
+
+using IdTable = std::vector<std::uint16_t>;  // by panoptic id
+
+// In double precision, in which the products of floats are exact: a voxel merged with itself keeps its distance, bit for bit.
+void merge_distance(const VoxelBlock& from, std::size_t v, VoxelBlock& into) {
+  const double old_weight = into.weight[v];
+  const double weight = from.weight[v];
+  const double mean = (old_weight * into.distance[v] + weight * from.distance[v]) / (old_weight + weight);
+  into.distance[v] = static_cast<float>(mean);
+}
+
+// 0 means "no colour yet".
+void merge_channel(std::uint16_t from, std::uint16_t& into, double from_weight, double into_weight) {
+  if (from == 0) return;
+  if (into == 0) {
+    into = from;
+    return;
+  }
+  const double mean = (into_weight * into + from_weight * from) / (into_weight + from_weight);
+  into = static_cast<std::uint16_t>(mean + 0.5);
+}
+
+void merge_label(std::uint16_t label, float weight, std::uint16_t& into, float& into_weight) {
+  if (label == into) {
+    into_weight += weight;
+  } else if (weight > into_weight) {
+    into = label;
+    into_weight = weight - into_weight;
+  } else {
+    into_weight -= weight;
+  }
+}
+
+// The lowest and the highest frame number that a map speaks of, and the widest bin of its vote histories.
+struct FrameNumbers {
+  std::int64_t lowest = std::numeric_limits<std::int64_t>::max();
+  std::int64_t highest = std::numeric_limits<std::int64_t>::min();
+  int log2_widest_bin = 0;
+
+  void add(std::int64_t frame) {
+    lowest = std::min(lowest, frame);
+    highest = std::max(highest, frame);
+  }
+};
+
+FrameNumbers frame_numbers(const MapWithFrames& map, const std::string& name) {
+  FrameNumbers numbers;
+  for (const FrameRecord& frame : map.frames) numbers.add(frame.frame);
+  for (const Object& object : map.saved.objects.state().objects) {
+    if (object.id == PanopticId::kUnknown) continue;
+    numbers.add(object.first_frame);
+    numbers.add(object.last_frame);
+    numbers.log2_widest_bin = std::max(numbers.log2_widest_bin, object.votes.log2_frames_per_bin());
+    for (const ObjectView& view : object.best_views.views()) numbers.add(view.frame);
+  }
+  constexpr int kWidestLog2 = 47;
+  const bool any = numbers.lowest <= numbers.highest;
+  if (any && (numbers.lowest < -kMostFrame || numbers.highest > kMostFrame || numbers.log2_widest_bin > kWidestLog2)) {
+    throw Error(
+        fmt::format("{} has frame numbers beyond 2^48, which cannot be merged; number the recording's frames from 0", name));
+  }
+  return numbers;
+}
+
+// What brings b's frame numbers above a's; a whole number of bins of any vote history of b.
+std::int64_t shift_between(const FrameNumbers& a, const FrameNumbers& b) {
+  if (a.lowest > a.highest || b.lowest > b.highest || b.lowest > a.highest) return 0;
+  const std::int64_t bin = std::int64_t{1} << b.log2_widest_bin;
+  return (a.highest - b.lowest + bin) / bin * bin;
+}
+
+// Whose ids it names in `parts` are another map's, so they are left out.
+Object shifted(const Object& object, std::int64_t shift) {
+  Object moved = object;
+  moved.parts.clear();
+  moved.first_frame += shift;
+  moved.last_frame += shift;
+  std::vector<VoteHistory::Bin> bins = object.votes.bins();
+  const int log2 = object.votes.log2_frames_per_bin();
+  for (VoteHistory::Bin& bin : bins) bin.number += shift / static_cast<std::int64_t>(object.votes.frames_per_bin());
+  moved.votes = VoteHistory(std::move(bins), log2);
+  moved.best_views = BestViews();
+  for (ObjectView view : object.best_views.views()) {
+    view.frame += shift;
+    moved.best_views.add(view);
+  }
+  return moved;
+}
+
+// The objects of both maps on their way into one registry.
+class MergedObjects {
+ public:
+  MergedObjects(const ObjectRegistry& a, const std::string& names)
+      : first_(a.first_thing()), state_(a.state()), names_(names), ids_of_a_(identity()), ids_of_b_(identity()) {}
+
+  void take_up(const ObjectRegistry& b, const std::vector<ObjectMatch>& matches, std::int64_t shift);
+  ObjectRegistry registry() const { return {first_, state_}; }
+  const IdTable& ids_of_a() const { return ids_of_a_; }
+  const IdTable& ids_of_b() const { return ids_of_b_; }
+
+ private:
+  static IdTable identity() {
+    IdTable table(kPanopticIds);
+    std::iota(table.begin(), table.end(), std::uint16_t{0});
+    return table;
+  }
+  Object& at(PanopticId id) { return state_.objects[number(id) - first_]; }
+  PanopticId new_id();
+  void join(const Object& from, Object& into) const;
+
+  std::uint16_t first_;
+  RegistryState state_;
+  std::string names_;
+  IdTable ids_of_a_;
+  IdTable ids_of_b_;
+};
+
+PanopticId MergedObjects::new_id() {
+  if (first_ + state_.objects.size() < number(PanopticId::kNoVote)) {
+    state_.objects.emplace_back();
+    return static_cast<PanopticId>(first_ + state_.objects.size() - 1);
+  }
+  const auto free = std::find_if(state_.objects.begin(), state_.objects.end(), [](const Object& o) {
+    return o.id == PanopticId::kUnknown && o.merged_into == PanopticId::kUnknown;
+  });
+  if (free == state_.objects.end()) throw Error(names_ + " have more objects together than there are ids; merge smaller maps");
+  return static_cast<PanopticId>(first_ + (free - state_.objects.begin()));
+}
+
+void MergedObjects::join(const Object& from, Object& into) const {
+  add_observations(from, into);
+  into.ruled_out.insert(from.ruled_out.begin(), from.ruled_out.end());
+}
+
+void MergedObjects::take_up(const ObjectRegistry& b, const std::vector<ObjectMatch>& matches, std::int64_t shift) {
+  std::map<PanopticId, PanopticId> whole_of;  // of the objects of b that have a counterpart
+  for (const ObjectMatch& match : matches) {
+    if (match.kind != MatchKind::kPartOfB) whole_of[match.b] = match.a;
+  }
+  const RegistryState theirs = b.state();
+  for (std::size_t i = 0; i < theirs.objects.size(); ++i) {
+    const auto id = static_cast<PanopticId>(first_ + i);
+    ids_of_b_[number(id)] = 0;
+    if (theirs.objects[i].id == PanopticId::kUnknown) continue;
+    Object object = shifted(theirs.objects[i], shift);
+    const auto whole = whole_of.find(id);
+    const PanopticId merged_id = whole == whole_of.end() ? new_id() : whole->second;
+    ids_of_b_[number(id)] = number(merged_id);
+    if (whole != whole_of.end()) {
+      join(object, at(merged_id));
+    } else {
+      object.id = merged_id;
+      at(merged_id) = std::move(object);
+    }
+  }
+  for (const ObjectMatch& match : matches) {
+    if (match.kind != MatchKind::kPartOfB) continue;
+    const auto into = static_cast<PanopticId>(ids_of_b_[number(match.b)]);
+    Object part = std::exchange(at(match.a), Object{});
+    at(match.a).merged_into = into;
+    ids_of_a_[number(match.a)] = number(into);
+    join(part, at(into));
+    at(into).parts.insert(at(into).parts.end(), part.parts.begin(), part.parts.end());
+    at(into).parts.push_back({match.a, at(into).last_frame});
+  }
+}
+
+void merge_voxels(const VoxelMap& b, const IdTable& ids_of_a, const IdTable& ids_of_b, VoxelMap& map) {
+  map.begin_epoch();
+  std::vector<Slot> into(b.block_count());
+  for (Slot slot = 0; slot < b.block_count(); ++slot) into[slot] = map.allocate(b.index_of(slot));
+  parallel_for(map.block_count(), [&](std::size_t i) {
+    for (std::uint16_t& label : map.block(static_cast<Slot>(i)).label) label = ids_of_a[label];
+  });
+  parallel_for(into.size(), [&](std::size_t i) { merge_block(b.block(static_cast<Slot>(i)), ids_of_b, map.block(into[i])); });
+  for (Slot slot = 0; slot < map.block_count(); ++slot) map.mark_changed(slot);
+}
+
+}  // namespace
+
+void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_id, VoxelBlock& into) {
+  for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+    const double weight = from.weight[v];
+    if (weight > 0) {
+      const double old_weight = into.weight[v];
+      merge_distance(from, v, into);
+      merge_channel(from.red[v], into.red[v], weight, old_weight);
+      merge_channel(from.green[v], into.green[v], weight, old_weight);
+      merge_channel(from.blue[v], into.blue[v], weight, old_weight);
+      into.weight[v] = static_cast<float>(old_weight + weight);
+    }
+    merge_label(merged_id[from.label[v]], from.label_weight[v], into.label[v], into.label_weight[v]);
+  }
+}
+
+MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b) {
+  require_comparable(a.saved.header, b.saved.header, name_a, name_b);
+  MapMerge merge{.merged = std::move(a)};
+  SavedMap& into = merge.merged.saved;
+  merge.frame_shift = shift_between(frame_numbers(merge.merged, name_a), frame_numbers(b, name_b));
+  merge.matches = match_objects(into, b.saved);
+  MergedObjects objects(into.objects, name_a + " and " + name_b);
+  objects.take_up(b.saved.objects, merge.matches, merge.frame_shift);
+  merge_voxels(b.saved.map, objects.ids_of_a(), objects.ids_of_b(), into.map);
+  into.objects = objects.registry();
+  into.objects.retire_unused(ids_in_use(into.map));
+  into.notes = {};
+  std::int64_t position = merge.merged.frames.empty() ? 0 : merge.merged.frames.back().position + 1;
+  for (FrameRecord record : b.frames) {
+    record.position = position++;
+    record.frame += merge.frame_shift;
+    merge.merged.frames.push_back(std::move(record));
+  }
+  return merge;
+}
+
+}  // namespace panoptic

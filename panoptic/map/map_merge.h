@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Two maps of one place, in the same frame of reference, as one.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "panoptic/map/map_file.h"
+#include "panoptic/map/object_matching.h"
+
+namespace panoptic {
+
+// A map file in memory, whole.
+struct MapWithFrames {
+  SavedMap saved;
+  std::vector<FrameRecord> frames;
+};
+
+struct MapMerge {
+  MapWithFrames merged;  // without notes
+  std::vector<ObjectMatch> matches;
+  std::int64_t frame_shift = 0;  // was added to b's frame numbers
+};
+
+// Voxels: weights are summed (integration does not bound them either); distance and colour are their weighted means; of two
+// labels the one with more weight stays and keeps the difference, as two observations of one voxel would (Eq. 9-11; a draw
+// leaves a's, without weight). All of it in the same way whichever map comes first.
+// Objects: match_objects tells which are one; evidence is summed. Objects of `a` keep their ids, those of `b` that have no
+// counterpart get new ones. Objects that lose their last voxel are retired.
+// Frames: those of `b` follow those of `a`. Where their numbers would not, a shift is added to them, in its objects too, so that
+// each frame of the merged map has one number.
+// Throws Error, naming the maps as `name_a` and `name_b`: not comparable (require_comparable), or out of ids or frame numbers.
+MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b);
+
+// One voxel block into another, voxel by voxel as above. `merged_id`: by b's panoptic ids (kPanopticIds entries).
+void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_id, VoxelBlock& into);
+
+}  // namespace panoptic
