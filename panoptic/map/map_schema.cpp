@@ -114,8 +114,9 @@ void require_map(Database& database) {
   }
   if (format < 1) database.refuse(fmt::format("it has format {}, which never was; use another copy", format));
   const std::string verdict = database.text("PRAGMA quick_check(1)");
-  if (verdict != "ok") database.refuse(fmt::format("it is damaged ({}); use another copy", verdict.substr(0, 200)));
-  require_tables(database);
+  if (verdict == "ok") return require_tables(database);
+  database.require_disk(verdict.substr(0, 200));
+  database.refuse(fmt::format("it is damaged ({}); use another copy", verdict.substr(0, 200)));
 }
 
 }  // namespace panoptic

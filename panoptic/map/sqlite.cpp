@@ -77,9 +77,19 @@ Database::Database(const std::filesystem::path& path, DatabaseAccess access) : p
 
 void Database::fail() const {
   const int code = sqlite3_extended_errcode(handle_.get());
+  const char* words = sqlite3_errmsg(handle_.get());
+  require_disk(words);
   const int reason = (code & 0xFF) == SQLITE_IOERR || (code & 0xFF) == SQLITE_CANTOPEN ? sqlite3_system_errno(handle_.get()) : 0;
-  throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), sqlite3_errmsg(handle_.get()),
+  throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), words,
                           reason != 0 ? fmt::format(" ({})", std::strerror(reason)) : "", remedy_for(code)));
+}
+
+// SQLite takes a page that the disk would not give for a damaged one, and would have the user throw a good file away.
+void Database::require_disk(std::string_view words) const {
+  int reason = 0;
+  if (sqlite3_file_control(handle_.get(), nullptr, SQLITE_FCNTL_LAST_ERRNO, &reason) != SQLITE_OK || reason == 0) return;
+  throw FileError(
+      fmt::format("map file {}: {} ({}); check the disk and the space on it", path_.string(), words, std::strerror(reason)));
 }
 
 void Database::refuse(std::string_view what) const { throw Error(fmt::format("map file {}: {}", path_.string(), what)); }

@@ -36,6 +36,9 @@ class Database {
   [[noreturn]] void fail() const;
   // Throws: the file is not what it should be.
   [[noreturn]] void refuse(std::string_view what) const;
+  // Throws FileError if the disk failed to give or take a part of the file: what was found wrong with it (`words`) is then not
+  // the file's fault.
+  void require_disk(std::string_view words) const;
 
  private:
   struct Close {
