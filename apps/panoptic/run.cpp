@@ -40,12 +40,6 @@ struct Run {
   std::int64_t last_used = 0;
 };
 
-FrameRecord record_of(const Frame& frame, bool labelled, const std::optional<std::string>& refused) {
-  FrameRecord record{.frame = frame.index, .time_s = frame.time_s, .labelled = labelled, .unused_because = refused.value_or("")};
-  if (is_finite(frame.world_from_camera)) record.world_from_camera = frame.world_from_camera;
-  return record;
-}
-
 void map_frame(const std::shared_ptr<const Frame>& frame, Run& run) {
   auto segmentation = std::make_shared<Segmentation>();
   if (run.predictor != nullptr && !why_unusable(*frame)) {
@@ -140,7 +134,9 @@ std::string map_offline(const Dataset& dataset, FrameRange range, Run& run) {
 // The same with every stage on its own thread.
 std::string map_online(const Dataset& dataset, const Playback& playback, Run& run, const OnlineOptions& options) {
   const std::size_t total = playback.range.count(dataset.size());
-  OnlinePipeline pipeline({run.session, run.predictor, run.latest, total}, options);
+  OnlinePipeline::Parts parts{run.session, run.predictor, run.latest, total};
+  parts.checkpoints = run.checkpoints.get();
+  OnlinePipeline pipeline(parts, options);
   Progress progress("frames", total);
   std::string failure = failure_of([&] {
     play(dataset, playback, pipeline, [&](std::size_t done) {
@@ -151,6 +147,11 @@ std::string map_online(const Dataset& dataset, const Playback& playback, Run& ru
   if (!failure.empty()) pipeline.stop(failure);
   const OnlineReport report = pipeline.finish();
   if (report.failure) failure = failure_of([&] { std::rethrow_exception(report.failure); });
+  if (run.checkpoints) {
+    const bool complete = failure.empty() && report.stopped_by.empty();
+    const std::string unsaved = failure_of([&] { run.checkpoints->finish(run.session, complete); });
+    if (failure.empty()) failure = unsaved;
+  }
   run.summary.stopped_by = failure.empty() ? report.stopped_by : failure;
   if (run.predictor != nullptr) run.summary.without_prediction = report.used - report.labelled;
   run.summary.online = report;
@@ -215,7 +216,7 @@ void keep_map_file(const Arguments& arguments, const Options& options, Run& run)
   CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
   settings.warn = [](const std::string& what) { tell(fmt::format("\n{}\n", what)); };
-  const RunIdentity identity{run.summary.recording, run.summary.calibration, arguments.frames, options};
+  const RunIdentity identity{run.summary.recording, run.summary.calibration, arguments.frames, options, arguments.online};
   run.checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, run.session);
   count_resumed(run);
   if (run.checkpoints->was_complete()) {
@@ -280,7 +281,9 @@ Options with_swap_folder(Options options, const std::string& output) {
 }
 
 int run(const Arguments& arguments) {
-  if (arguments.online && !arguments.map.empty()) throw UsageError("--map is for runs without --online");
+  if (arguments.online && arguments.resume) {
+    throw UsageError("--resume is for runs without --online: what an online run drops depends on the moment");
+  }
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
   const Options placed = with_swap_folder(options, arguments.output);

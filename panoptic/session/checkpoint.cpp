@@ -30,6 +30,7 @@ constexpr const char* kPositions = "positions";
 constexpr const char* kComplete = "complete";
 constexpr const char* kUp = "up";
 constexpr const char* kProgram = "program";
+constexpr const char* kOnline = "online";
 
 std::string note_or_empty(const SavedMap& saved, const char* name) {
   const auto found = saved.notes.texts.find(name);
@@ -65,6 +66,17 @@ bool same_labels(const LabelSet& a, const LabelSet& b) {
            x.is_support == y.is_support;
   };
   return std::equal(a.classes().begin(), a.classes().end(), b.classes().begin(), b.classes().end(), same);
+}
+
+// A file that holds a map, but no run to go on with.
+void require_resumable(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity) {
+  if (!note_or_empty(saved, kMergedNote).empty()) {
+    throw Error(fmt::format("{} was merged from two maps: there is no run to go on with; choose another file", path.string()));
+  }
+  if (identity.online || !note_or_empty(saved, kOnline).empty()) {
+    throw Error(fmt::format("{}: an online run cannot be resumed, for what it dropped depends on the moment; choose another file",
+                            path.string()));
+  }
 }
 
 void require_same_run(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity,
@@ -137,9 +149,16 @@ Vec3d up_of(const SavedMap& saved) {
   return up.allFinite() && up.norm() > 0 ? Vec3d(up.normalized()) : Vec3d(-Vec3d::UnitY());
 }
 
+FrameRecord record_of(const Frame& frame, bool labelled, const std::optional<std::string>& refused) {
+  FrameRecord record{.frame = frame.index, .time_s = frame.time_s, .labelled = labelled, .unused_because = refused.value_or("")};
+  if (is_finite(frame.world_from_camera)) record.world_from_camera = frame.world_from_camera;
+  return record;
+}
+
 Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Session& session)
     : settings_(std::move(settings)), identity_(texts_of(identity)) {
   identity_[kProgram] = fmt::format("panoptic {}", PANOPTIC_VERSION);
+  if (identity.online) identity_[kOnline] = "1";
   const bool exists = is_there(settings_.path);
   if (exists && !settings_.resume) {
     throw Error(
@@ -160,6 +179,7 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
 void Checkpoints::resume(const RunIdentity& identity, Session& session) {
   lock_ = std::make_unique<Lock>(settings_.path);
   SavedMap saved = load_map(settings_.path, identity.options.map);
+  require_resumable(settings_.path, saved, identity);
   require_same_run(settings_.path, saved, identity, session.labels());
   resumed_frames_ = load_frames(settings_.path);
   positions_ = resumed_frames_.size();
@@ -177,9 +197,11 @@ Checkpoints::~Checkpoints() {
   if (is_writing()) writing_.wait();
 }
 
-void Checkpoints::note(FrameRecord record) {
-  record.position = static_cast<std::int64_t>(positions_++);
+std::int64_t Checkpoints::note(FrameRecord record) {
+  const auto position = static_cast<std::int64_t>(positions_++);
+  record.position = position;
   frames_.push_back(std::move(record));
+  return position;
 }
 
 std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Session& session, bool complete) {

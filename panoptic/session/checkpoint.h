@@ -9,6 +9,7 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct RunIdentity {
   std::string calibration;  // as RunSummary
   std::string frames;       // the range that was asked for; empty = all
   Options options;
+  bool online = false;  // what was labelled depended on the machine: it can be kept, but not resumed
 };
 
 // The text that a map file keeps of options, `key = value` a line: without those that say where a map lies in memory.
@@ -32,10 +34,16 @@ std::string options_text(Options options);
 // Those of a map file. Throws Error.
 Options options_of(const SavedMap& saved);
 
+// In the texts of a merged map (session/map_merging.h).
+inline constexpr const char* kMergedNote = "merged";
+
 // Whether a map holds its recording to the end, finish() included. Else it is a checkpoint.
 bool is_complete(const SavedMap& saved);
 // Upwards in the world, as Session::up.
 Vec3d up_of(const SavedMap& saved);
+
+// A frame that was handed to a session, which `refused` it or not. Without a position.
+FrameRecord record_of(const Frame& frame, bool labelled, const std::optional<std::string>& refused);
 
 struct CheckpointSettings {
   std::filesystem::path path;
@@ -60,8 +68,10 @@ class Checkpoints {
   bool was_complete() const { return was_complete_; }
   const std::vector<FrameRecord>& resumed_frames() const { return resumed_frames_; }
 
-  // What became of the next position of the recording; `record.position` is filled in.
-  void note(FrameRecord record);
+  // What became of the next position of the recording; `record.position` is filled in, and returned.
+  std::int64_t note(FrameRecord record);
+  // A record that was noted before, as it is now.
+  void correct(FrameRecord record) { frames_.push_back(std::move(record)); }
   // Between frames: begins a checkpoint if it is time and the last one is through. Warns once if one failed.
   void after_frame(const Session& session);
   // The last one, whole: all that the session holds is in the file, and the file is one again. `complete`: the recording is

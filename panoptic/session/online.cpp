@@ -11,6 +11,8 @@
 namespace panoptic {
 namespace {
 
+constexpr const char* kDropped = "dropped: fusion was behind";
+
 std::string text_of(const std::exception_ptr& failure) {
   try {
     std::rethrow_exception(failure);
@@ -41,6 +43,7 @@ OnlinePipeline::OnlinePipeline(const Parts& parts, const OnlineOptions& options)
       predictor_(parts.predictor),
       halves_(parts.predictor != nullptr ? parts.predictor->halves() : std::nullopt),
       session_(parts.session),
+      checkpoints_(parts.checkpoints),
       publisher_(parts.latest),
       jobs_(static_cast<std::size_t>(options.waiting_frames)) {
   try {
@@ -97,6 +100,7 @@ bool OnlinePipeline::count_arrival(const Arrival& arrived, BoundedQueue<Job>::Pu
   const std::lock_guard lock(state_mutex_);
   ++report_.read;
   if (pushed == Pushed::kFull) ++report_.dropped;
+  if (pushed == Pushed::kFull && checkpoints_ != nullptr) dropped_.push_back(record_of(arrived->frame, false, kDropped));
   if (passed_over) ++report_.passed_over;
   return pushed == Pushed::kYes;
 }
@@ -105,6 +109,7 @@ void OnlinePipeline::skip(const SkippedFrame& frame) {
   {
     const std::lock_guard lock(session_mutex_);
     session_.skip(frame);
+    if (checkpoints_ != nullptr) checkpoints_->note({.frame = frame.index, .unused_because = frame.reason});
   }
   const std::lock_guard lock(state_mutex_);
   ++report_.read;
@@ -150,7 +155,9 @@ void OnlinePipeline::fuse_geometry(const Job& job) {
   bool used = false;
   {
     const std::lock_guard lock(session_mutex_);
-    used = !session_.add_geometry(job.arrived->frame);
+    const std::optional<std::string> refused = session_.add_geometry(job.arrived->frame);
+    used = !refused;
+    if (checkpoints_ != nullptr) save(*job.arrived, refused);
     if (used) {
       publisher_.fused({job.arrived, &job.arrived->frame});
       fused_unseen_.push_back(job.arrived->read_at);
@@ -166,10 +173,33 @@ void OnlinePipeline::fuse_geometry(const Job& job) {
   report_.latency.add("fused", seconds_since(job.arrived->read_at));
 }
 
+// The frame goes into the map file; blocks are copied if it is time, so the session must be held.
+void OnlinePipeline::save(const Arrived& arrived, const std::optional<std::string>& refused) {
+  const Stopwatch saving;
+  note_dropped();
+  arrived.position = checkpoints_->note(record_of(arrived.frame, false, refused));
+  checkpoints_->after_frame(session_);
+  session_.profile().add("save", saving.seconds());
+}
+
+void OnlinePipeline::note_dropped() {
+  std::vector<FrameRecord> dropped;
+  {
+    const std::lock_guard lock(state_mutex_);
+    dropped.swap(dropped_);
+  }
+  for (FrameRecord& record : dropped) checkpoints_->note(std::move(record));
+}
+
 void OnlinePipeline::fuse_labels(const Job& job) {
   {
     const std::lock_guard lock(session_mutex_);
     if (session_.add_labels(job.arrived->frame, *job.segmentation)) return;
+    if (checkpoints_ != nullptr) {
+      FrameRecord record = record_of(job.arrived->frame, true, std::nullopt);
+      record.position = job.arrived->position;
+      checkpoints_->correct(std::move(record));
+    }
     const auto ids = session_.segment_ids();
     publisher_.labelled({{job.arrived, &job.arrived->frame}, job.segmentation, {ids.begin(), ids.end()}});
   }
@@ -322,6 +352,7 @@ void OnlinePipeline::end_threads() {
 OnlineReport OnlinePipeline::finish() {
   if (finished_) return report_;
   end_threads();
+  if (checkpoints_ != nullptr) note_dropped();
   try {
     if (!report_.failure) session_.finish();
     publish(true);

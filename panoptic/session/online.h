@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "panoptic/predict/predictor.h"
+#include "panoptic/session/checkpoint.h"
 #include "panoptic/session/online_options.h"
 #include "panoptic/session/online_queues.h"
 #include "panoptic/session/publisher.h"
@@ -65,6 +66,9 @@ class OnlinePipeline {
     std::uint64_t total = 0;
     // For tests: each stage calls it on its own thread, with its name, before every piece of work; it may sleep and throw.
     std::function<void(std::string_view stage)> before_work = [](std::string_view) {};
+    // Of a run that a map file is kept of: told of every frame, and asked to save after each whose geometry was fused. The
+    // pipeline alone uses it until finish returns; then the caller finishes it.
+    Checkpoints* checkpoints = nullptr;
   };
   OnlinePipeline(const Parts& parts, const OnlineOptions& options);
   ~OnlinePipeline();  // as stop and finish
@@ -93,6 +97,7 @@ class OnlinePipeline {
   struct Arrived {
     Frame frame;
     Clock::time_point read_at;
+    mutable std::int64_t position = 0;  // in the map file, once it is known; session_mutex_ guards it
   };
   using Arrival = std::shared_ptr<const Arrived>;
   // Geometry of a frame, or its labels if it has a segmentation.
@@ -106,6 +111,9 @@ class OnlinePipeline {
   bool count_arrival(const Arrival& arrived, BoundedQueue<Job>::Pushed pushed);
   void fail(std::exception_ptr failure);
   bool wait_until(Clock::time_point time);
+
+  void save(const Arrived& arrived, const std::optional<std::string>& refused);
+  void note_dropped();
 
   void fuse_jobs();
   void fuse_geometry(const Job& job);
@@ -132,6 +140,7 @@ class OnlinePipeline {
 
   FairMutex session_mutex_;  // guards these
   Session& session_;
+  Checkpoints* const checkpoints_;
   SnapshotPublisher publisher_;                  // but for publish
   std::vector<Clock::time_point> fused_unseen_;  // read times of the frames that no snapshot shows yet
 
@@ -143,6 +152,7 @@ class OnlinePipeline {
   mutable std::mutex state_mutex_;  // guards the rest
   std::condition_variable state_changed_;
   OnlineReport report_;
+  std::vector<FrameRecord> dropped_;  // that the map file does not know of yet
   Profile stages_;
   RateMeter geometry_rate_;
   RateMeter label_rate_;
