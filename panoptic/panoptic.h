@@ -21,6 +21,8 @@
 #include "panoptic/map/voxel_map.h"
 #include "panoptic/predict/predictor.h"
 #include "panoptic/session/checkpoint.h"
+#include "panoptic/session/map_diff.h"
+#include "panoptic/session/map_merging.h"
 #include "panoptic/session/map_query.h"
 #include "panoptic/session/options.h"
 #include "panoptic/session/outputs.h"

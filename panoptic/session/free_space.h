@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a map says about a point: a surface is there, it was seen to be empty, or nobody looked. The distance field alone knows
+// only what is within the truncation of a surface. Beyond, a point was empty if a camera looked through it: the first surface on
+// the ray from the camera through the point lies behind the point.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "panoptic/base/geometry.h"
+#include "panoptic/map/map_file.h"
+
+namespace panoptic {
+
+enum class Occupancy : std::uint8_t { kUnseen, kFree, kSurface };
+
+// Of a map at the time when it is made; the map must outlive it. const functions may be called from several threads.
+class FreeSpace {
+ public:
+  // Cameras of frames that were used; of many, this many spread evenly.
+  static constexpr std::size_t kMostCameras = 256;
+  // Half the angle of the cone around the optical axis that every depth camera sees: the file does not tell its intrinsics.
+  static constexpr double kViewCone_deg = 20;
+  // Nearer to a surface than this is at the surface, as in label_extents.
+  static constexpr float kSurface_voxels = 1.5F;
+
+  // `reach_m`: how far the depth camera sees (depth.max_m).
+  FreeSpace(const VoxelMap& map, const std::vector<FrameRecord>& frames, double reach_m);
+
+  Occupancy at(const Vec3d& point_m) const;
+
+ private:
+  bool seen_through(const Vec3d& point_m) const;
+  bool passes(const Pose& world_from_camera, const Vec3d& point_m) const;
+
+  const VoxelMap& map_;
+  std::vector<Pose> cameras_;
+  double reach_m_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/session/map_merging.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "panoptic/base/error.h"
+#include "panoptic/base/json.h"
+#include "panoptic/session/checkpoint.h"
+#include "panoptic/session/session_notes.h"
+
+namespace panoptic {
+namespace {
+
+std::string text_of(const SavedMap& saved, const char* name) {
+  const auto found = saved.notes.texts.find(name);
+  return found == saved.notes.texts.end() ? "" : found->second;
+}
+
+// What a map's notes say that matters to a merged one.
+struct RunNotes {
+  SessionState state;  // that `regularize` needs; a map that no run saved has none
+  Vec3d up;
+  bool complete = false;
+  std::string recording;
+  std::string options;
+};
+
+RunNotes run_notes(const MapWithFrames& map) {
+  const SessionState state = map.saved.notes.states.empty() ? SessionState{} : session_state(map.saved, map.frames);
+  return {state, up_of(map.saved), is_complete(map.saved), text_of(map.saved, "recording"), text_of(map.saved, "options")};
+}
+
+MapNotes merged_notes(const RunNotes& a, const RunNotes& b, std::int64_t frame_shift) {
+  SessionState state;
+  state.label_frames = a.state.label_frames + b.state.label_frames;
+  state.labelled = a.state.labelled + b.state.labelled;
+  state.last_frame = std::max(a.state.last_frame, b.state.last_frame + frame_shift);
+  state.up_sum = a.state.up_sum + b.state.up_sum;
+  MapNotes notes = notes_of(state);
+  const Vec3d up = (a.up + b.up).norm() > 0 ? Vec3d((a.up + b.up).normalized()) : a.up;
+  notes.texts["up"] = Json({up.x(), up.y(), up.z()}).dump();
+  notes.texts["program"] = fmt::format("panoptic {}", PANOPTIC_VERSION);
+  notes.texts["options"] = a.options;
+  notes.texts["complete"] = a.complete && b.complete ? "1" : "0";
+  notes.texts["recording"] = fmt::format("{} + {}", a.recording, b.recording);
+  notes.texts[kMergedNote] = "1";
+  return notes;
+}
+
+}  // namespace
+
+MapWithFrames load_map_with_frames(const std::filesystem::path& path) { return {load_map(path), load_frames(path)}; }
+
+MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesystem::path& b, const std::filesystem::path& merged) {
+  std::error_code ignored;
+  if (std::filesystem::exists(std::filesystem::symlink_status(merged, ignored))) {
+    throw Error(fmt::format("{} is there already; choose another name or remove it", merged.string()));
+  }
+  MapWithFrames first = load_map_with_frames(a);
+  const MapWithFrames second = load_map_with_frames(b);
+  require_comparable(first.saved.header, second.saved.header, a.string(), b.string());
+  MergedFiles summary{.objects_a = first.saved.objects.count(), .objects_b = second.saved.objects.count()};
+  const RunNotes notes_a = run_notes(first);
+  const RunNotes notes_b = run_notes(second);
+  const MapMerge merge = merge_maps(std::move(first), second, a.string(), b.string());
+  const SavedMap& saved = merge.merged.saved;
+  MapUpdate update = whole_map(saved.map, saved.objects);
+  update.frames = merge.merged.frames;
+  update.notes = merged_notes(notes_a, notes_b, merge.frame_shift);
+  save_map(merged, saved.header, update);
+  summary.objects = saved.objects.count();
+  summary.blocks = saved.map.block_count();
+  for (const ObjectMatch& match : merge.matches) (match.kind == MatchKind::kSame ? summary.same : summary.parts)++;
+  return summary;
+}
+
+}  // namespace panoptic
