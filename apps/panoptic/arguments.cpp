@@ -68,7 +68,7 @@ void add_simulation(CLI::App& app, Arguments& a) {
 
 void add_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("out", a.evaluated,
-                 "folder of a run; or semantic, instance or panoptic, for --pred in ScanNet's submission forms")
+                 "folder of a run, or a map file; or semantic, instance or panoptic, for --pred in ScanNet's submission forms")
       ->required();
   app.add_option("--gt", a.truth, "a ScanNet scan; with --pred a folder of <scene>.txt or of scans")->required();
   app.add_option("--pred", a.predictions, "folder of <scene>.txt, of any method");
@@ -103,7 +103,7 @@ void add_viewer(CLI::App& app, Arguments& a) {
 void add_map_file(CLI::App& run, Arguments& a) {
   constexpr double kLongest_s = 1e6;
   CLI::Option* map = run.add_option("--map", a.map, "map file to save to, every few seconds and at the end; must not exist");
-  run.add_flag("--resume", a.resume, "go on from the map file, if it exists")->needs(map);
+  run.add_flag("--resume", a.resume, "go on from the map file, if it exists; not with --online")->needs(map);
   run.add_option("--checkpoint-every", a.checkpoint_every_s, "seconds from one save to the next, default 5")
       ->check(CLI::Range(0.0, kLongest_s))
       ->needs(map);
@@ -133,6 +133,20 @@ void add_map_commands(CLI::App& app, Arguments& a) {
 
   CLI::App* regularize = add_map_command(app, "regularize", "regularize the labels of a map file anew, in place", a);
   regularize->add_option("--set", a.settings, "one option, regularizer.key=value; may be repeated");
+}
+
+void add_map_pairs(CLI::App& app, Arguments& a) {
+  CLI::App* merge =
+      add_map_command(app, "merge", "make one map file of two of the same place, in the same frame of reference", a);
+  merge->add_option("other", a.other_map, "map file with the same voxel size, truncation and label set")->required();
+  merge->add_option("-o,--output", a.output, "map file to write; must not exist")->required();
+  merge->footer("The result is a finished map: a run cannot go on from it (--resume).");
+
+  CLI::App* diff = add_map_command(app, "diff", "what changed from one map file to another of the same place", a);
+  diff->add_option("other", a.other_map, "the later map, with the same voxel size, truncation and label set")->required();
+  diff->add_option("--json", a.json, "write the changes to this file");
+  diff->add_option("--png", a.png, "draw both maps from above, with rings around what changed");
+  diff->footer("Vanished and appeared: the other map saw that the place is empty. Otherwise: not seen.");
 }
 
 void add_live(CLI::App& run, Arguments& a) {
@@ -165,7 +179,7 @@ void add_prediction(CLI::App& predict, Arguments& a) {
 }
 
 void add_view(CLI::App& view, Arguments& a) {
-  view.add_option("out", a.viewed, "folder of a run")->required();
+  view.add_option("out", a.viewed, "folder of a run, or a map file")->required();
   add_viewer(view, a);
 }
 
@@ -191,6 +205,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_recording(*app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames"), a);
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
   add_map_commands(app, a);
+  add_map_pairs(app, a);
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);

@@ -42,7 +42,8 @@ struct Arguments {
   bool online = false;
   std::optional<double> speed;  // 0 = as fast as possible
   bool view = false;
-  std::string map;  // map file: to keep up to date, or to look at
+  std::string map;        // map file: to keep up to date, or to look at
+  std::string other_map;  // merge, diff: the second one
   bool resume = false;
   std::optional<double> checkpoint_every_s;
   // simulate

@@ -20,6 +20,8 @@ int map_info(const Arguments& arguments);
 int map_mesh(const Arguments& arguments);
 int map_query(const Arguments& arguments);
 int map_regularize(const Arguments& arguments);
+int map_merge(const Arguments& arguments);
+int map_diff(const Arguments& arguments);
 
 // What to say where std::bad_alloc ends.
 constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";

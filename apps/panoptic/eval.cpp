@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/panoptic/commands.h"
+#include "apps/panoptic/map_result.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/parallel.h"
@@ -28,7 +29,8 @@ void print_warnings(const std::vector<std::string>& warnings) {
 
 void evaluate_run(const Arguments& a, Evaluation& evaluation) {
   std::vector<std::string> warnings;
-  const LabelledMap map = read_run_folder(a.evaluated, &warnings);
+  const bool is_file = is_map_file(a.evaluated);
+  const LabelledMap map = is_file ? labelled_map(a.evaluated, warnings) : read_run_folder(a.evaluated, &warnings);
   const ScanTruth truth = read_scan_truth(a.truth, a.category_map, &warnings);
   print_warnings(warnings);
   const LabelledVertices prediction = evaluation.add(map, truth);

@@ -27,6 +27,8 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "mesh") return panoptic::map_mesh(arguments);
   if (arguments.command == "query") return panoptic::map_query(arguments);
   if (arguments.command == "regularize") return panoptic::map_regularize(arguments);
+  if (arguments.command == "merge") return panoptic::map_merge(arguments);
+  if (arguments.command == "diff") return panoptic::map_diff(arguments);
   if (arguments.command == "options") {
     panoptic::Options options;
     fmt::print("{}", panoptic::describe(panoptic::fields(options)));

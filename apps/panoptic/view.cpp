@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "apps/panoptic/commands.h"
+#include "apps/panoptic/map_result.h"
 #include "apps/panoptic/progress.h"
 #include "apps/viewer/result_folder.h"
 #include "apps/viewer/server.h"
@@ -23,7 +24,8 @@ ViewerOptions viewer_options_from(const Arguments& arguments) {
 
 int view(const Arguments& arguments) {
   watch_for_interrupt();
-  OpenedResult result = open_result(arguments.viewed);
+  const bool is_file = is_map_file(arguments.viewed);
+  OpenedResult result = is_file ? open_map_result(arguments.viewed) : open_result(arguments.viewed);
   const std::size_t chunks = result.snapshot->chunks.size();
   const std::size_t objects = result.snapshot->objects.size();
   LatestSnapshot latest;

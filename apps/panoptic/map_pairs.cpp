@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// merge and diff: what can be done with two map files.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "apps/panoptic/commands.h"
+#include "panoptic/base/image_io.h"
+#include "panoptic/base/json.h"
+#include "panoptic/base/parallel.h"
+#include "panoptic/fusion/mesher.h"
+#include "panoptic/io/draw_text.h"
+#include "panoptic/io/views.h"
+#include "panoptic/session/checkpoint.h"
+#include "panoptic/session/map_diff.h"
+#include "panoptic/session/map_merging.h"
+
+namespace panoptic {
+namespace {
+
+Json to_json(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json to_json(const std::optional<FoundObject>& o, const LabelSet& labels) {
+  if (!o) return nullptr;
+  return {{"id", number(o->id)},
+          {"class", labels.name_of(o->class_id)},
+          {"center_m", to_json(o->box.center_m)},
+          {"box", {{"min_m", to_json(o->box.min_m)}, {"max_m", to_json(o->box.max_m)}}},
+          {"voxels", o->voxels}};
+}
+
+Json to_json(const MapDiff& diff, const Arguments& a, const LabelSet& labels) {
+  Json json = {{"a", a.map}, {"b", a.other_map}, {"unchanged", diff.unchanged}, {"too_small", diff.too_small}};
+  json["changes"] = Json::array();
+  for (const ObjectChange& c : diff.changes) {
+    json["changes"].push_back({{"kind", name_of(c.kind)},
+                               {"before", to_json(c.before, labels)},
+                               {"after", to_json(c.after, labels)},
+                               {"empty_share", c.empty_share},
+                               {"moved_m", c.moved_m}});
+  }
+  return json;
+}
+
+const char* words_of(ChangeKind kind) {
+  switch (kind) {
+    case ChangeKind::kVanished:
+      return "vanished";
+    case ChangeKind::kAppeared:
+      return "appeared";
+    case ChangeKind::kMoved:
+      return "moved";
+    case ChangeKind::kOtherLabel:
+      return "other label";
+    case ChangeKind::kNotSeenInB:
+      return "not seen in B";
+    default:
+      return "not seen in A";
+  }
+}
+
+std::string place_text(const Vec3d& p) { return fmt::format("{:7.2f} {:7.2f} {:7.2f}", p.x(), p.y(), p.z()); }
+
+std::string line_of(const ObjectChange& c, const LabelSet& labels) {
+  const FoundObject& object = c.before ? *c.before : *c.after;
+  const Vec3d size = object.box.max_m - object.box.min_m;
+  std::string line =
+      fmt::format("{:<14} {:<16} {:>6} at {}  size {:5.2f} {:5.2f} {:5.2f} m", words_of(c.kind), labels.name_of(object.class_id),
+                  number(object.id), place_text(object.box.center_m), size.x(), size.y(), size.z());
+  if (c.kind == ChangeKind::kMoved) {
+    line += fmt::format("  to {} ({:.2f} m), {} there", place_text(c.after->box.center_m), c.moved_m, number(c.after->id));
+  } else if (c.before && c.after) {
+    line += fmt::format("  {} {} now", labels.name_of(c.after->class_id), number(c.after->id));
+  } else if (c.kind == ChangeKind::kVanished || c.kind == ChangeKind::kAppeared) {
+    line += fmt::format("  {:.0f} % of its place seen empty in {}", 100 * c.empty_share, c.before ? "B" : "A");
+  } else if (c.kind == ChangeKind::kOtherLabel) {
+    line += fmt::format("  its surface is in {} too", c.before ? "B" : "A");
+  }
+  return line;
+}
+
+std::string diff_text(const MapDiff& diff, const LabelSet& labels) {
+  std::string text = fmt::format("{} objects are where they were, {} changes\n", diff.unchanged, diff.changes.size());
+  for (const ObjectChange& c : diff.changes) text += line_of(c, labels) + "\n";
+  if (diff.too_small > 0) text += fmt::format("{} objects are too small to compare\n", diff.too_small);
+  return text;
+}
+
+Rgb marker_color(ChangeKind kind) {
+  switch (kind) {
+    case ChangeKind::kVanished:
+      return {214, 39, 40};
+    case ChangeKind::kAppeared:
+      return {44, 160, 44};
+    case ChangeKind::kMoved:
+      return {31, 119, 180};
+    default:
+      return {150, 150, 150};
+  }
+}
+
+// A ring of 3 px around the place, and the class beside it.
+void draw_marker(Image<Rgb>& image, const View& view, const FoundObject& object, const Rgb& color, const LabelSet& labels) {
+  const Vec3d p = view.world_from_camera.inverse() * object.box.center_m;
+  if (!(p.z() > 0)) return;
+  const double u = view.camera.fx * p.x() / p.z() + view.camera.cx;
+  const double v = view.camera.fy * p.y() / p.z() + view.camera.cy;
+  constexpr double kLeast_px = 10;
+  const double radius_px = std::max(kLeast_px, view.camera.fx * (object.box.max_m - object.box.min_m).norm() / 2 / p.z());
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      if (std::abs(std::hypot(x - u, y - v) - radius_px) < 1.5) image(x, y) = color;
+    }
+  }
+  draw_text(image, std::string(labels.name_of(object.class_id)), static_cast<int>(u + radius_px + 4), static_cast<int>(v), color,
+            0.5);
+}
+
+Mesh mesh_of(const SavedMap& saved) {
+  Mesher mesher(options_of(saved).mesher);
+  mesher.update(saved.map);
+  return mesher.assemble(saved.map, saved.objects, saved.header.labels);
+}
+
+// Both maps from above, A on the left, with rings around what changed in each.
+void write_picture(const std::string& path, const MapDiff& diff, const MapWithFrames& a, const MapWithFrames& b) {
+  const Mesh before = mesh_of(a.saved);
+  const Mesh after = mesh_of(b.saved);
+  const View view = default_views(before.vertices.empty() ? after : before, up_of(a.saved)).back();
+  const LabelSet& labels = a.saved.header.labels;
+  Image<Rgb> left = render(before, view, ColorMode::kColor, labels);
+  Image<Rgb> right = render(after, view, ColorMode::kColor, labels);
+  for (const ObjectChange& c : diff.changes) {
+    if (c.before) draw_marker(left, view, *c.before, marker_color(c.kind), labels);
+    if (c.after) draw_marker(right, view, *c.after, marker_color(c.kind), labels);
+  }
+  Image<Rgb> both(left.width() + right.width(), left.height());
+  for (int v = 0; v < left.height(); ++v) {
+    for (int u = 0; u < left.width(); ++u) {
+      both(u, v) = left(u, v);
+      both(left.width() + u, v) = right(u, v);
+    }
+  }
+  write_png(path, both);
+}
+
+}  // namespace
+
+int map_merge(const Arguments& a) {
+  set_thread_count(a.threads);
+  const MergedFiles m = merge_map_files(a.map, a.other_map, a.output);
+  fmt::print("{}: {} objects ({} and {}; {} are the same, {} parts of another), {} blocks\n", a.output, m.objects, m.objects_a,
+             m.objects_b, m.same, m.parts, m.blocks);
+  return kDone;
+}
+
+int map_diff(const Arguments& a) {
+  set_thread_count(a.threads);
+  const MapWithFrames before = load_map_with_frames(a.map);
+  const MapWithFrames after = load_map_with_frames(a.other_map);
+  const MapDiff diff = diff_maps(before, after, a.map, a.other_map);
+  const LabelSet& labels = before.saved.header.labels;
+  if (!a.json.empty()) write_json_file(a.json, to_json(diff, a, labels));
+  if (!a.png.empty()) write_picture(a.png, diff, before, after);
+  fmt::print("{}", diff_text(diff, labels));
+  return kDone;
+}
+
+}  // namespace panoptic
