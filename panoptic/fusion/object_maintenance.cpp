@@ -14,6 +14,7 @@ namespace panoptic {
 namespace {
 
 constexpr float kSmallestPiece_m2 = 0.008F;  // a cup seen from one side
+constexpr const char* kOther = "other";      // the class of things of no other class, if the label set has it
 
 // How many surface voxels an area of surface takes: the band around it is three voxels wide.
 std::size_t voxels_of(float area_m2, const VoxelMap& map) {
@@ -112,6 +113,7 @@ void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoF
   if (options_.carve) carve_supports(pass);
   drop_faint(pass);
   name_unknown_regions(pass);
+  name_others(pass);
   pass.surface.write_labels(map);
 }
 
@@ -269,12 +271,17 @@ bool ObjectMaintenance::is_faint(const Pass& pass, const Object& object, std::si
 void ObjectMaintenance::drop_faint(Pass& pass) const {
   Renaming renaming;
   std::vector<std::uint32_t> dropped;
-  for (const auto& [id, voxels] : objects_of(pass)) {
+  const VoxelsByLabel at_surface = objects_of(pass);
+  const std::vector<bool> in_use = ids_in_use(pass.map);
+  for (std::size_t n = labels_.first_thing(); n < kPanopticIds; ++n) {  // what is left of them behind the surface
+    const auto id = static_cast<PanopticId>(n);
+    if (in_use[n] && pass.objects.find(id) != nullptr && !at_surface.contains(id)) renaming.add(id, PanopticId::kUnknown);
+  }
+  for (const auto& [id, voxels] : at_surface) {
     if (!is_faint(pass, *pass.objects.find(id), voxels.size())) continue;
     renaming.add(id, PanopticId::kUnknown);
     dropped.insert(dropped.end(), voxels.begin(), voxels.end());
   }
-  if (dropped.empty()) return;
   renaming.apply(pass.map, pass.surface);
   fill_from_neighbours(std::move(dropped), pass.surface);
 }
@@ -286,6 +293,14 @@ void ObjectMaintenance::name_unknown_regions(Pass& pass) const {
     if (region.size() < voxels_of(options_.min_region_m2, pass.map)) continue;
     const PanopticId id = pass.objects.create(pass.frame).value_or(PanopticId::kUnknown);
     for (const std::uint32_t i : region) pass.surface.relabel(i, id);
+  }
+}
+
+void ObjectMaintenance::name_others(Pass& pass) const {
+  const LabelClass* other = labels_.find(kOther);
+  if (other == nullptr) return;
+  for (const auto& [id, voxels] : objects_of(pass)) {
+    if (pass.objects.class_of(id) == ClassId::kUnknown) pass.objects.assume(id, other->id);
   }
 }
 

@@ -90,6 +90,7 @@ class ObjectMaintenance {
   void level_floor(Pass& pass) const;
   void drop_faint(Pass& pass) const;
   void name_unknown_regions(Pass& pass) const;
+  void name_others(Pass& pass) const;
   bool is_faint(const Pass& pass, const Object& object, std::size_t voxels) const;
   bool are_apart(const ObjectRegistry& objects, PanopticId a, PanopticId b) const;
 

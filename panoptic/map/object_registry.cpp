@@ -7,12 +7,6 @@
 #include "panoptic/base/error.h"
 
 namespace panoptic {
-namespace {
-
-constexpr double kFaint = 0.03;  // what is left when the likely classes are ruled out may be no more than noise
-
-}  // namespace
-
 void add_observations(const Object& from, Object& into) {
   if (from.observations > 0) {
     into.first_frame = into.observations == 0 ? from.first_frame : std::min(into.first_frame, from.first_frame);
@@ -126,8 +120,7 @@ void ObjectRegistry::rule_out(PanopticId id, std::set<ClassId> classes) {
 
 void ObjectRegistry::assume(PanopticId id, ClassId class_id) {
   PANOPTIC_ASSERT(class_of(id) == ClassId::kUnknown);
-  Object& object = objects_[number(id) - first_thing_];
-  object.evidence[class_id] = kFaint * object.score_sum;
+  objects_[number(id) - first_thing_].evidence[class_id] = 0;
 }
 
 ClassId ObjectRegistry::class_of(PanopticId id) const {
@@ -140,6 +133,7 @@ ClassId ObjectRegistry::class_of(PanopticId id) const {
     best = class_id;
     most = evidence;
   }
+  constexpr double kFaint = 0.03;  // what is left when the likely classes are ruled out may be no more than noise
   if (!object->ruled_out.empty() && most < kFaint * object->score_sum) return ClassId::kUnknown;
   return best;
 }

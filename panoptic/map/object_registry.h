@@ -81,7 +81,7 @@ class ObjectRegistry {
   // The object cannot be of these classes (and of all others it can).
   void rule_out(PanopticId id, std::set<ClassId> classes);
 
-  // Nothing speaks for any class that the object can be: it is of this one. REQUIRES class_of(id) == kUnknown.
+  // The object, which no network ever saw, is of this class; nothing is observed by it. REQUIRES class_of(id) == kUnknown.
   void assume(PanopticId id, ClassId class_id);
 
   // The most probable class that is not ruled out; ties go to the lower class id. kUnknown for an object without evidence.

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "panoptic/fusion/object_maintenance.h"
@@ -41,7 +42,8 @@ struct World {
   ObjectRegistry objects{kFirst};
   ObjectMaintenance maintenance;
 
-  explicit World(const MaintenanceOptions& options = {}) : maintenance(options, labels()) {}
+  explicit World(const MaintenanceOptions& options = {}, LabelSet label_set = labels())
+      : maintenance(options, std::move(label_set)) {}
 
   PanopticId seen(ClassId class_id, int times = 20, const std::vector<ClassProbability>& probabilities = {}) {
     const PanopticId id = *objects.create();

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <set>
 #include <vector>
 
 #include "tests/fusion/maintained_world.h"
@@ -143,6 +145,46 @@ TEST(ObjectMaintenance, NamesLargeUnknownRegionsAndNotSmallOnes) {
   EXPECT_EQ(world.at({-0.4, 0.2, 0.4}), *world.ids().begin());
   EXPECT_EQ(world.at({0.35, 0.05, 0.1}), PanopticId::kUnknown);
   EXPECT_EQ(world.objects.find(*world.ids().begin())->observations, 0U);
+}
+
+// The label set knows a class for them, or they stay without one.
+TEST(ObjectMaintenance, ThingsThatNoNetworkKnowsAreOfTheClassOther) {
+  std::vector<LabelClass> classes = test::labels().classes();
+  classes.push_back({ClassId{9 + 1}, "other", true, {}});
+  for (const LabelSet& labels : {test::labels(), LabelSet("room", classes)}) {
+    World world({}, labels);
+    const PanopticId chair = world.seen(kChair);
+    add_to(world,
+           {solid_box({-1, 0, 0}, {-0.6, 0.4, 0.4}, chair), solid_box({0.2, -0.2, 0}, {0.8, 0.4, 0.4}, PanopticId::kUnknown)});
+    world.finish();
+    const std::set<PanopticId> ids = world.ids();
+    ASSERT_EQ(ids.size(), 2U);
+    const PanopticId thing = *std::next(ids.begin());
+    const LabelClass* other = labels.find("other");
+    EXPECT_EQ(world.objects.class_of(thing), other == nullptr ? ClassId::kUnknown : other->id);
+    EXPECT_EQ(world.objects.find(thing)->observations, 0U);
+    EXPECT_TRUE(world.objects.probabilities(thing).empty());
+    EXPECT_EQ(world.objects.class_of(chair), kChair);
+  }
+}
+
+// What it had of the surface went to others; the mesh must not find the rest of it.
+TEST(ObjectMaintenance, AnObjectThatHoldsNoSurfaceIsNoObject) {
+  World world;
+  const PanopticId chair = world.seen(kChair);
+  const PanopticId behind = world.seen(kChair);
+  add_to(world, {solid_box({-0.5, 0, 0}, {0.5, 0.4, 0.4}, chair)});
+  for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
+    VoxelBlock& block = world.map.block(slot);
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+      if (block.weight[v] > 0 && block.distance[v] < -2 * world.map.voxel_size_m()) block.label[v] = number(behind);
+    }
+  }
+  ASSERT_TRUE(ids_in_use(world.map)[number(behind)]);
+  ASSERT_EQ(world.count(behind), 0U);
+  world.finish();
+  EXPECT_FALSE(ids_in_use(world.map)[number(behind)]);
+  EXPECT_EQ(world.ids(), std::set{chair});
 }
 
 TEST(ObjectMaintenance, DropsSmallThingsThatNoMaskEverShowed) {
