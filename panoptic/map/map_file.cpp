@@ -184,11 +184,11 @@ MapFileWriter MapFileWriter::create(const std::filesystem::path& path, const Map
     create_map_tables(database);
     put_header(database, header);
     transaction.commit();
+    rename_file(partial, path);
   } catch (...) {
     remove_database(partial);
     throw;
   }
-  rename_file(partial, path);
   auto state = std::make_unique<State>(path, header);
   state->database.execute(kWriteAhead);
   return MapFileWriter(std::move(state));
@@ -252,11 +252,11 @@ void save_map(const std::filesystem::path& path, const MapHeader& header, const 
     MapFileWriter writer = MapFileWriter::create(partial, header);
     writer.write(update, true);
     writer.close();
+    rename_file(partial, path);
   } catch (...) {
     remove_database(partial);
     throw;
   }
-  rename_file(partial, path);
 }
 
 }  // namespace panoptic

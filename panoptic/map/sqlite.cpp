@@ -54,6 +54,18 @@ void harden(sqlite3* handle) {
   sqlite3_extended_result_codes(handle, 1);
 }
 
+// What the system last refused, on the file or on the log or journal beside it; 0: nothing.
+int disk_errno(sqlite3* handle) {
+  for (const int which : {SQLITE_FCNTL_FILE_POINTER, SQLITE_FCNTL_JOURNAL_POINTER}) {
+    sqlite3_file* file = nullptr;
+    int reason = 0;
+    if (sqlite3_file_control(handle, nullptr, which, static_cast<void*>(&file)) != SQLITE_OK) continue;
+    if (file == nullptr || file->pMethods == nullptr) continue;
+    if (file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &reason) == SQLITE_OK && reason != 0) return reason;
+  }
+  return 0;
+}
+
 }  // namespace
 
 void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
@@ -79,15 +91,15 @@ void Database::fail() const {
   const int code = sqlite3_extended_errcode(handle_.get());
   const char* words = sqlite3_errmsg(handle_.get());
   require_disk(words);
-  const int reason = (code & 0xFF) == SQLITE_IOERR || (code & 0xFF) == SQLITE_CANTOPEN ? sqlite3_system_errno(handle_.get()) : 0;
+  const int reason = (code & 0xFF) == SQLITE_CANTOPEN ? sqlite3_system_errno(handle_.get()) : 0;
   throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), words,
                           reason != 0 ? fmt::format(" ({})", std::strerror(reason)) : "", remedy_for(code)));
 }
 
 // SQLite takes a page that the disk would not give for a damaged one, and would have the user throw a good file away.
 void Database::require_disk(std::string_view words) const {
-  int reason = 0;
-  if (sqlite3_file_control(handle_.get(), nullptr, SQLITE_FCNTL_LAST_ERRNO, &reason) != SQLITE_OK || reason == 0) return;
+  const int reason = disk_errno(handle_.get());
+  if (reason == 0) return;
   throw FileError(
       fmt::format("map file {}: {} ({}); check the disk and the space on it", path_.string(), words, std::strerror(reason)));
 }
