@@ -128,6 +128,7 @@ RequestHead checked_head(std::string_view text, std::size_t max_headers) {
     }
     ++lines;
   }
+  if (lines == 0) return {400, {}};
   head.text += "\r\n";
   head.status = 200;
   return head;

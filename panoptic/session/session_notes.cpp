@@ -3,6 +3,7 @@
 #include "panoptic/session/session_notes.h"
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -118,12 +119,18 @@ const Bytes& state_bytes(const SavedMap& saved, const char* name) {
 void read_counters(const SavedMap& saved, SessionState& state) {
   const auto text = saved.notes.texts.find(kSession);
   if (text == saved.notes.texts.end()) refuse(kSession);
+  const std::optional<Json> json = json_in(text->second);
+  if (!json) refuse(kSession);
+  const auto whole = [&](const char* key) -> const Json& {
+    const Json& value = json->at(key);
+    if (!value.is_number_integer()) refuse(kSession);  // get() would take 1e300 for an integer
+    return value;
+  };
   try {
-    const Json json = Json::parse(text->second);
-    state.label_frames = json.at("label_frames").get<std::uint64_t>();
-    state.labelled = json.at("labelled").get<std::uint64_t>();
-    state.last_frame = json.at("last_frame").get<std::int64_t>();
-    for (Eigen::Index a = 0; a < 3; ++a) state.up_sum[a] = json.at("up_sum").at(static_cast<std::size_t>(a)).get<double>();
+    state.label_frames = whole("label_frames").get<std::uint64_t>();
+    state.labelled = whole("labelled").get<std::uint64_t>();
+    state.last_frame = whole("last_frame").get<std::int64_t>();
+    for (Eigen::Index a = 0; a < 3; ++a) state.up_sum[a] = json->at("up_sum").at(static_cast<std::size_t>(a)).get<double>();
   } catch (const Json::exception&) {
     refuse(kSession);
   }

@@ -44,6 +44,10 @@ TEST(CheckedHead, RefusesWhatIsNoPlainGet) {
   }
 }
 
+TEST(CheckedHead, RefusesNothingAtAll) {
+  for (const char* text : {"", "\r\n", "\r\n\r\n"}) EXPECT_EQ(status_of(text), 400);
+}
+
 TEST(CheckedHead, RefusesBodiesAndBrokenHeaders) {
   const auto with = [](const std::string& header) { return status_of("GET / HTTP/1.1\r\n" + header + "\r\n\r\n"); };
   EXPECT_EQ(with("Content-Length: 5"), 413);

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A map of two blocks with two objects, saved with everything that a map file can hold.
+#pragma once
+
+#include <filesystem>
+
+#include "panoptic/map/map_file.h"
+
+namespace panoptic::fuzz {
+
+LabelSet small_labels();
+
+// A piece of level ground in two blocks.
+VoxelMap small_map();
+
+void save_small_map(const std::filesystem::path& path);
+
+}  // namespace panoptic::fuzz

@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/map/map_file.h"
+
+#include "fuzz/input.h"
+
+namespace panoptic::fuzz {
+
+// A whole file, as SQLite finds it.
+void map_file(Input input) {
+  static const Scratch kScratch("map_file");
+  const std::filesystem::path path = kScratch.put("a.panoptic", input);
+  succeeds([&] { load_map(path); });
+  succeeds([&] { load_frames(path); });
+}
+
+}  // namespace panoptic::fuzz
