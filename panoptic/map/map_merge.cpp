@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -37,7 +38,7 @@ void merge_channel(std::uint16_t from, std::uint16_t& into, double from_weight, 
     return;
   }
   const double mean = (into_weight * into + from_weight * from) / (into_weight + from_weight);
-  into = static_cast<std::uint16_t>(mean + 0.5);
+  into = static_cast<std::uint16_t>(std::lround(mean));
 }
 
 void merge_label(std::uint16_t label, float weight, std::uint16_t& into, float& into_weight) {
@@ -110,8 +111,8 @@ Object shifted(const Object& object, std::int64_t shift) {
 // The objects of both maps on their way into one registry.
 class MergedObjects {
  public:
-  MergedObjects(const ObjectRegistry& a, const std::string& names)
-      : first_(a.first_thing()), state_(a.state()), names_(names), ids_of_a_(identity()), ids_of_b_(identity()) {}
+  MergedObjects(const ObjectRegistry& a, std::string names)
+      : first_(a.first_thing()), state_(a.state()), names_(std::move(names)), ids_of_a_(identity()), ids_of_b_(identity()) {}
 
   void take_up(const ObjectRegistry& b, const std::vector<ObjectMatch>& matches, std::int64_t shift);
   ObjectRegistry registry() const { return {first_, state_}; }
