@@ -93,8 +93,13 @@ std::uint16_t port_of(const ViewerServer& server) {
 // Sends everything, ends its side and reads until the other side ends.
 std::string talk(std::uint16_t port, std::string_view text) {
   const int browser = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const linger now{1, 0};  // no thousands of closed connections that wait for late packets
-  ::setsockopt(browser, SOL_SOCKET, SO_LINGER, &now, sizeof now);
+  // From another loopback address each time: closed connections wait for late packets and keep their ports meanwhile.
+  static std::uint32_t next = 0;
+  next = (next + 1) % 0xFFFFFD;
+  sockaddr_in own{};
+  own.sin_family = AF_INET;
+  own.sin_addr.s_addr = htonl(INADDR_LOOPBACK + next);
+  require(::bind(browser, reinterpret_cast<const sockaddr*>(&own), sizeof own) == 0, "every loopback address is ours");
   const timeval patience{5, 0};
   ::setsockopt(browser, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   sockaddr_in address{};
