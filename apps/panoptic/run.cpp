@@ -316,6 +316,8 @@ int run(const Arguments& arguments) {
                                                : map_offline(*dataset, range, run);
   run.summary.complete = run.summary.stopped_by.empty();
   run.summary.wall_s = stopwatch.seconds();
+  // An older result is worth more than none.
+  if (!failure.empty() && session.frames().used() == 0) throw Error(failure);
   write_map(arguments.output, run, options, failure);
   print_closing(run, arguments.output);
   if (!failure.empty()) throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", failure, arguments.output));

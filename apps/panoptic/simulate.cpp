@@ -49,10 +49,15 @@ void print_home(const Simulation& simulation) {
   std::fflush(stdout);
 }
 
+// As far as the disk tells: the scan is whole, and the number is only for the eye.
 std::uintmax_t bytes_below(const std::filesystem::path& folder) {
   std::uintmax_t bytes = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) bytes += entry.file_size();
+  std::error_code error;
+  for (auto entry = std::filesystem::recursive_directory_iterator(folder, error);
+       !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error)) {
+    std::error_code unknown;
+    const std::uintmax_t size = entry->is_regular_file(unknown) ? entry->file_size(unknown) : 0;
+    if (!unknown) bytes += size;
   }
   return bytes;
 }

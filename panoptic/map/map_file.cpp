@@ -243,7 +243,7 @@ MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects) {
 
 void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update) {
   const std::filesystem::path partial = path.parent_path() / fmt::format(".{}.{}.new", path.filename().string(), ::getpid());
-  if (is_there(path.string() + "-wal")) {
+  if (is_there(path.string() + "-wal") || is_there(path.string() + "-journal")) {
     throw Error(fmt::format("{} is being written, or was when its run ended early: finish that run, or choose another name",
                             path.string()));
   }

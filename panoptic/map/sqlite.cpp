@@ -37,8 +37,11 @@ std::string_view remedy_for(int code) {
   }
 }
 
-int flags_of(DatabaseAccess access) {
-  if (access == DatabaseAccess::kRead) return SQLITE_OPEN_READONLY;
+int flags_of(DatabaseAccess access, const std::filesystem::path& path) {
+  if (access == DatabaseAccess::kRead) {
+    // A journal is of a program that ended while it changed the file: SQLite must undo the change before it can be read.
+    return is_there(path.string() + "-journal") ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY;
+  }
   return access == DatabaseAccess::kWrite ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
 }
 
@@ -79,7 +82,7 @@ Database::Database(const std::filesystem::path& path, DatabaseAccess access) : p
     throw Error(fmt::format("cannot open {}: there is no such file; check the path", path.string()));
   }
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &handle, flags_of(access) | SQLITE_OPEN_NOMUTEX, nullptr);
+  const int code = sqlite3_open_v2(path.c_str(), &handle, flags_of(access, path) | SQLITE_OPEN_NOMUTEX, nullptr);
   handle_.reset(handle);
   if (handle == nullptr) throw std::bad_alloc();
   if (code != SQLITE_OK) fail();

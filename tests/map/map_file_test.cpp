@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <random>
 
@@ -218,6 +220,26 @@ TEST(MapFile, LoadsTheSameAtAnyThreadCount) {
   set_thread_count(3);
   EXPECT_EQ(load_map(path).map.hash(), one);
   set_thread_count(0);
+}
+
+// A process that ends while it changes the file without a log leaves parts of the change in it, and a journal to undo them with.
+TEST(MapFile, IsAsBeforeAChangeThatWasCutShort) {
+  const World world;
+  const auto path = saved(world);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    Database database(path, DatabaseAccess::kWrite);
+    database.execute("PRAGMA cache_size = 1; BEGIN IMMEDIATE; UPDATE blocks SET voxels = zeroblob(length(voxels))");
+    ::_exit(0);  // as if killed
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  ASSERT_EQ(status, 0);
+  ASSERT_TRUE(std::filesystem::exists(path.string() + "-journal"));
+  EXPECT_THAT(error_of([&] { save_map(path, world.header, whole_map(world.map, world.objects)); }),
+              HasSubstr("is being written"));
+  expect_same(load_map(path).map, world.map);
+  EXPECT_FALSE(std::filesystem::exists(path.string() + "-journal"));
 }
 
 TEST(MapFile, IsNeverWrittenOverByCreate) {
