@@ -278,7 +278,7 @@ constexpr std::uint64_t kGoldenRaycast = 1493381825660294360ULL;
 
 TEST(Integrator, MapHashIsGoldenAtAnyThreadCount) {
   const std::vector<Frame> frames = orbit(8);
-  for (const int threads : {1, 2, 5}) {
+  for (const int threads : {1, 2, 4, 5}) {
     set_thread_count(threads);
     EXPECT_EQ(fuse_frames(frames, "projective").hash(), kGoldenProjective) << threads << " threads";
     EXPECT_EQ(fuse_frames(frames, "raycast").hash(), kGoldenRaycast) << threads << " threads";
