@@ -24,7 +24,7 @@ std::string_view remedy_for(int code) {
     case SQLITE_LOCKED:
       return "another process is writing it: wait until it is done";
     case SQLITE_CANTOPEN:
-      return "check the path and its permissions";
+      return "check the path, the permissions of its folder and the space on the disk";
     case SQLITE_READONLY:
     case SQLITE_PERM:
       return "check the permissions of the file and its folder";
@@ -94,7 +94,8 @@ void Database::fail() const {
   const int code = sqlite3_extended_errcode(handle_.get());
   const char* words = sqlite3_errmsg(handle_.get());
   require_disk(words);
-  const int reason = (code & 0xFF) == SQLITE_CANTOPEN ? sqlite3_system_errno(handle_.get()) : 0;
+  const int kind = code & 0xFF;
+  const int reason = kind == SQLITE_CANTOPEN || kind == SQLITE_IOERR ? sqlite3_system_errno(handle_.get()) : 0;
   throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), words,
                           reason != 0 ? fmt::format(" ({})", std::strerror(reason)) : "", remedy_for(code)));
 }

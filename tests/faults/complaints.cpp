@@ -23,7 +23,8 @@ bool contains(const std::string& text, std::string_view part) { return text.find
 bool names_reason(const std::string& text, const Fault& fault) {
   if (fault.error != 0 && contains(text, std::strerror(fault.error))) return true;
   if (fault.error == EIO && contains(text, "disk I/O error")) return true;
-  return fault.error == ENOSPC && contains(text, "database or disk is full");
+  // SQLite tries a full disk again in another way and then tells why that failed.
+  return fault.error == ENOSPC && (contains(text, "database or disk is full") || contains(text, "the space on "));
 }
 
 bool is_failure(const std::string& line) { return line.starts_with("panoptic: "); }
