@@ -21,8 +21,8 @@ namespace panoptic::fuzz {
 namespace {
 
 namespace fs = std::filesystem;
-using std::string_literals::operator""s;
-using std::string_view_literals::operator""sv;
+using std::string_literals::operator""s;        // NOLINT(misc-unused-using-decls): literals use it
+using std::string_view_literals::operator""sv;  // NOLINT(misc-unused-using-decls)
 
 class Seeds {
  public:
@@ -289,8 +289,9 @@ void http_seeds(Seeds& seeds) {
   for (const int kind : {0, 2, 3}) {
     seeds.put("http", fmt::format("page_{}", kind), {"GET / HTTP/1.1\r\n" + host + "Accept-Encoding: gzip\r\n\r\n"}, kind);
     seeds.put("http", fmt::format("two_{}", kind),
-              {"GET /api/state?since=1 HTTP/1.1\r\n" + host + "\r\nHEAD /api/objects HTTP/1.0\r\n" + host +
-               "Cookie: a=b; panoptic_1=s3cret-token\r\nSec-Fetch-Site: same-origin\r\nConnection: close\r\n\r\n"},
+              {fmt::format("GET /api/state?since=1 HTTP/1.1\r\n{0}\r\nHEAD /api/objects HTTP/1.0\r\n{0}"
+                           "Cookie: a=b; panoptic_1=s3cret-token\r\nSec-Fetch-Site: same-origin\r\nConnection: close\r\n\r\n",
+                           host)},
               kind);
     seeds.put("http", fmt::format("token_{}", kind), {"GET /api/scene?token=s3cret-token HTTP/1.1\r\n" + host + "\r\n"}, kind);
     seeds.put("http", fmt::format("body_{}", kind),
@@ -302,28 +303,31 @@ void http_seeds(Seeds& seeds) {
   }
 }
 
+std::size_t make_seeds(const fs::path& folder) {
+  Seeds seeds(folder);
+  const Scratch scratch("seeds");
+  sens_seeds(seeds, scratch);
+  image_seeds(seeds, scratch);
+  mesh_seeds(seeds, scratch);
+  prediction_seeds(seeds, scratch);
+  recording_seeds(seeds);
+  toml_seeds(seeds);
+  map_seeds(seeds, scratch);
+  resume_seeds(seeds);
+  http_seeds(seeds);
+  return seeds.count();
+}
+
 }  // namespace
 }  // namespace panoptic::fuzz
 
 int main(int count, char** arguments) {
-  using namespace panoptic::fuzz;
   if (count != 2) {
     std::fprintf(stderr, "usage: fuzz_make_seeds FOLDER\n");
     return 2;
   }
   try {
-    Seeds seeds(arguments[1]);
-    const Scratch scratch("seeds");
-    sens_seeds(seeds, scratch);
-    image_seeds(seeds, scratch);
-    mesh_seeds(seeds, scratch);
-    prediction_seeds(seeds, scratch);
-    recording_seeds(seeds);
-    toml_seeds(seeds);
-    map_seeds(seeds, scratch);
-    resume_seeds(seeds);
-    http_seeds(seeds);
-    std::printf("%zu seeds\n", seeds.count());
+    std::printf("%zu seeds\n", panoptic::fuzz::make_seeds(arguments[1]));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "fuzz_make_seeds: %s\n", error.what());
     return 1;

@@ -52,6 +52,7 @@ const int installed = __sanitizer_install_malloc_and_free_hooks(on_malloc, on_fr
 #else
 
 // The C library's own, under the names that it keeps for those who replace them.
+// NOLINTBEGIN(readability-inconsistent-declaration-parameter-name)
 extern "C" {
 void* __libc_malloc(std::size_t size);                           // NOLINT
 void* __libc_calloc(std::size_t count, std::size_t size);        // NOLINT
@@ -92,6 +93,7 @@ void free(void* at) {
   __libc_free(at);
 }
 }
+// NOLINTEND(readability-inconsistent-declaration-parameter-name)
 
 #endif
 
