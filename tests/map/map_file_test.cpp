@@ -300,6 +300,7 @@ TEST(MapFile, RefusesValuesThatCannotBe) {
       {"UPDATE objects SET votes = '{\"log2\": 99, \"bins\": []}' WHERE id = 4", "object 4 holds"},
       {"UPDATE objects SET best_views = '[[1]]' WHERE id = 4", "object 4 holds"},
       {"UPDATE objects SET best_views = '[[1e300,1,1,1,1,1,1,1]]' WHERE id = 4", "object 4 holds"},
+      {"UPDATE objects SET best_views = '[[1,1,1e300,1,1,1,1,1]]' WHERE id = 4", "object 4 holds"},
       {"UPDATE objects SET parts = '[[99999, 1]]' WHERE id = 4", "object 4 holds"},
       {"UPDATE objects SET score_sum = 9e999 WHERE id = 4", "object 4 holds"},
       {"UPDATE objects SET id = 60000 WHERE id = 6", "column id"},
