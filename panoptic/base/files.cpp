@@ -64,9 +64,10 @@ std::filesystem::path temporary_beside(const std::filesystem::path& path) {
   return path.parent_path() / fmt::format(".{}.{}.partial", path.filename().string(), ::getpid());
 }
 
-// Absent is a status too.
+// Absent is a status too; and what no file can be called is absent.
 std::filesystem::file_status known(std::filesystem::file_status status, const std::filesystem::path& path,
                                    const std::error_code& error) {
+  if (error == std::errc::filename_too_long) return std::filesystem::file_status(std::filesystem::file_type::not_found);
   if (!std::filesystem::status_known(status)) fail("cannot look at", path, error.value(), "check the path and the disk");
   return status;
 }

@@ -155,6 +155,7 @@ void write_instances(const fs::path& folder, const std::string& scene, const Lab
 
 std::vector<std::string> scenes_in(const fs::path& folder) {
   constexpr std::string_view kSuffix = ".txt";
+  if (!is_folder(folder)) throw FileError(fmt::format("cannot read the folder {}: there is none", folder.string()));
   std::vector<std::string> scenes;
   for (std::string name : names_in_folder(folder)) {
     if (!name.ends_with(kSuffix) || name.size() == kSuffix.size() || is_folder(folder / name)) continue;

@@ -43,6 +43,7 @@ std::string joined(const fs::path& folder, const std::string& scene, std::string
 
 // The id of the scan in the folder: of its only mesh, or of the one that bears the folder's name.
 std::string scene_in(const fs::path& folder) {
+  if (!is_folder(folder)) throw FileError(fmt::format("cannot read the folder {}: there is none", folder.string()));
   std::vector<std::string> scenes;
   for (const std::string& name : names_in_folder(folder)) {
     if (name.size() > kMeshSuffix.size() && name.ends_with(kMeshSuffix)) {

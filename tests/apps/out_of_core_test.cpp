@@ -12,7 +12,7 @@ using test::fresh_folder;
 using test::run_program;
 namespace fs = std::filesystem;
 
-TEST(SlowOutOfCore, AHomeAtOneCentimetreIsTheSameMapInAFifthOfItsMemory) {
+TEST(OutOfCore, SlowlyAHomeAtOneCentimetreIsTheSameMapInAFifthOfItsMemory) {
   constexpr double kLimit_mb = 64;
   const fs::path home = fresh_folder("home");
   const auto simulated =
