@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include "panoptic/base/error.h"
@@ -177,10 +178,13 @@ std::vector<std::string> names_in_folder(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   if (!is_folder(folder)) return names;
   std::error_code error;
-  for (auto entry = std::filesystem::directory_iterator(folder, error); !error && entry != std::filesystem::directory_iterator();
-       entry.increment(error)) {
-    names.push_back(entry->path().filename().string());
-  }
+  do {
+    names.clear();
+    for (auto entry = std::filesystem::directory_iterator(folder, error);
+         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+      names.push_back(entry->path().filename().string());
+    }
+  } while (error == std::errc::interrupted);
   if (error) fail("cannot list the folder", folder, error.value(), "check the disk and the permissions");
   std::sort(names.begin(), names.end());
   return names;
