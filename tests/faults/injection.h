@@ -14,10 +14,10 @@ namespace panoptic::test {
 
 // One kind of trouble with a disk.
 struct Fault {
-  const char* name;
-  const char* calls;  // as FAULTS_CALLS
-  int error = 0;      // an errno; 0: reads and writes move only a part
-  int times = 1;      // how many calls in a row fail; 0: all that follow
+  const char* name = "";
+  const char* calls = "";  // as FAULTS_CALLS
+  int error = 0;           // an errno; 0: reads and writes move only a part
+  int times = 1;           // how many calls in a row fail; 0: all that follow
 };
 
 struct FaultyRun {
