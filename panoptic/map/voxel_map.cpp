@@ -67,7 +67,7 @@ VoxelMap::VoxelMap(const MapOptions& options)
 
 std::size_t VoxelMap::memory_bytes() const {
   const std::size_t voxels = pager_ ? pager_->blocks_in_memory() : blocks_.size();
-  return voxels * sizeof(VoxelBlock) + blocks_.size() * (sizeof(blocks_[0]) + sizeof(indices_[0]) + sizeof(changed_at_[0])) +
+  return voxels * sizeof(VoxelBlock) + blocks_.size() * (sizeof(void*) + sizeof(indices_[0]) + sizeof(changed_at_[0])) +
          table_keys_.size() * (sizeof(table_keys_[0]) + sizeof(table_slots_[0]));
 }
 
