@@ -31,7 +31,9 @@ Place place_at(const Vec3d& world_point, std::uint64_t seed) {
   std::uint64_t key = 0;
   for (int axis = 0; axis < 3; ++axis) key = hash_bits(key, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[axis])));
   Random random(seed, static_cast<std::uint64_t>(Effect::kHallucinated), key);
-  const Vec3d center = (cell + Vec3d(random.uniform(), random.uniform(), random.uniform())) * kPlace_m - shift;
+  Vec3d within;  // one after the other: the order in which arguments are evaluated is the compiler's choice
+  for (const int axis : {2, 1, 0}) within[axis] = random.uniform();
+  const Vec3d center = (cell + within) * kPlace_m - shift;
   return {key, center, random.uniform(kSmallest_m, kLargest_m)};
 }
 

@@ -92,7 +92,9 @@ std::optional<std::size_t> in_the_open(RoomLayout& layout, std::string_view role
   for (const std::size_t furniture : candidates) {
     const Furniture& it = layout.catalogue().furniture()[furniture];
     for (int i = 0; i < 4 * kTries; ++i) {
-      const Eigen::Vector2d share(layout.random().uniform(0.15, 0.85), layout.random().uniform(0.15, 0.85));
+      Eigen::Vector2d share;  // one after the other: the order in which arguments are evaluated is the compiler's choice
+      share.y() = layout.random().uniform(0.15, 0.85);
+      share.x() = layout.random().uniform(0.15, 0.85);
       Stand stand;
       stand.center = layout.room().floor.min() + layout.room().floor.sizes().cwiseProduct(share);
       stand.front = layout.random().chance(0.5) ? Eigen::Vector2d(1, 0) : Eigen::Vector2d(0, -1);
