@@ -8,11 +8,6 @@
 #include "panoptic/base/parallel.h"
 
 namespace panoptic {
-namespace {
-
-constexpr float kBand_voxels = 1.5F;
-
-}  // namespace
 
 void LabelExtent::add(const LabelExtent& other) {
   for (std::size_t a = 0; a < 3; ++a) {
@@ -36,7 +31,7 @@ ExtentBox box_of(const LabelExtent& extent, double voxel_size_m) {
 }
 
 LabelExtents label_extents(const VoxelBlock& block, BlockIndex index, float voxel_size_m) {
-  const float band_m = kBand_voxels * voxel_size_m;
+  const float band_m = kSurfaceBand_voxels * voxel_size_m;
   const std::array<std::int32_t, 3> corner{index.x * kBlockSide, index.y * kBlockSide, index.z * kBlockSide};
   LabelExtents extents;
   LabelExtent* last = nullptr;  // labels come in long runs

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where the voxels of a label are, without a mesh. Counted are observed voxels within 1.5 voxels of the surface.
+// Where the voxels of a label are, without a mesh. Counted are observed voxels near the surface.
 #pragma once
 
 #include <array>
@@ -14,6 +14,9 @@
 #include "panoptic/map/voxel_map.h"
 
 namespace panoptic {
+
+// How near the surface is.
+inline constexpr float kSurfaceBand_voxels = 1.5F;
 
 struct LabelExtent {
   std::uint64_t voxels = 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "panoptic/data/labels.h"
+#include "panoptic/map/label_extents.h"
 #include "panoptic/map/map_file.h"
 
 namespace panoptic {
@@ -24,8 +25,6 @@ inline constexpr double kPartInside = 0.7;
 inline constexpr double kPartSize = 0.3;
 // Fewer common voxels say nothing, unless they are half of the smaller object.
 inline constexpr std::uint64_t kLeastCommonVoxels = 24;
-// How near the surface is, as in label_extents.
-inline constexpr float kSurfaceBand_voxels = 1.5F;
 
 enum class MatchKind : std::uint8_t {
   kSame,     // a and b are one object

@@ -7,6 +7,7 @@
 #include "panoptic/base/error.h"
 
 namespace panoptic {
+
 void add_observations(const Object& from, Object& into) {
   if (from.observations > 0) {
     into.first_frame = into.observations == 0 ? from.first_frame : std::min(into.first_frame, from.first_frame);

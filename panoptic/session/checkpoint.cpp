@@ -22,26 +22,11 @@
 namespace panoptic {
 namespace {
 
-constexpr const char* kRecording = "recording";
-constexpr const char* kCalibration = "calibration";
-constexpr const char* kFrames = "frames_range";
-constexpr const char* kOptions = "options";
-constexpr const char* kPositions = "positions";
-constexpr const char* kComplete = "complete";
-constexpr const char* kUp = "up";
-constexpr const char* kProgram = "program";
-constexpr const char* kOnline = "online";
-
-std::string note_or_empty(const SavedMap& saved, const char* name) {
-  const auto found = saved.notes.texts.find(name);
-  return found == saved.notes.texts.end() ? "" : found->second;
-}
-
 std::map<std::string, std::string> texts_of(const RunIdentity& identity) {
-  return {{kRecording, identity.recording},
-          {kCalibration, identity.calibration},
-          {kFrames, identity.frames},
-          {kOptions, options_text(identity.options)}};
+  return {{run_note::kRecording, identity.recording},
+          {run_note::kCalibration, identity.calibration},
+          {run_note::kFrames, identity.frames},
+          {run_note::kOptions, options_text(identity.options)}};
 }
 
 // The first line of two texts that differs, each as it is there.
@@ -73,7 +58,7 @@ void require_resumable(const std::filesystem::path& path, const SavedMap& saved,
   if (!note_or_empty(saved, kMergedNote).empty()) {
     throw Error(fmt::format("{} was merged from two maps: there is no run to go on with; choose another file", path.string()));
   }
-  if (identity.online || !note_or_empty(saved, kOnline).empty()) {
+  if (identity.online || !note_or_empty(saved, run_note::kOnline).empty()) {
     throw Error(fmt::format("{}: an online run cannot be resumed, for what it dropped depends on the moment; choose another file",
                             path.string()));
   }
@@ -82,7 +67,7 @@ void require_resumable(const std::filesystem::path& path, const SavedMap& saved,
 void require_same_run(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity,
                       const LabelSet& labels) {
   for (const auto& [name, text] : texts_of(identity)) {
-    const auto [before, now] = first_difference(note_or_empty(saved, name.c_str()), text);
+    const auto [before, now] = first_difference(note_or_empty(saved, name), text);
     if (before == now) continue;
     throw Error(
         fmt::format("{} is of another run: its {} is '{}', here it is '{}'; run with what it was made with, or choose another "
@@ -135,14 +120,14 @@ std::string options_text(Options options) {
 
 Options options_of(const SavedMap& saved) {
   Options options;
-  read_toml_text(note_or_empty(saved, kOptions), "the map file's options", fields(options));
+  read_toml_text(note_or_empty(saved, run_note::kOptions), "the map file's options", fields(options));
   return options;
 }
 
-bool is_complete(const SavedMap& saved) { return note_or_empty(saved, kComplete) == "1"; }
+bool is_complete(const SavedMap& saved) { return note_or_empty(saved, run_note::kComplete) == "1"; }
 
 Vec3d up_of(const SavedMap& saved) {
-  const Json json = Json::parse(note_or_empty(saved, kUp), nullptr, false);
+  const Json json = json_in(note_or_empty(saved, run_note::kUp)).value_or(nullptr);
   Vec3d up = -Vec3d::UnitY();
   if (!json.is_array() || json.size() != 3) return up;
   for (std::size_t a = 0; a < 3; ++a) up[static_cast<Eigen::Index>(a)] = json[a].is_number() ? json[a].get<double>() : 0.0;
@@ -157,8 +142,8 @@ FrameRecord record_of(const Frame& frame, bool labelled, const std::optional<std
 
 Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Session& session)
     : settings_(std::move(settings)), identity_(texts_of(identity)) {
-  identity_[kProgram] = fmt::format("panoptic {}", PANOPTIC_VERSION);
-  if (identity.online) identity_[kOnline] = "1";
+  identity_[run_note::kProgram] = fmt::format("panoptic {}", PANOPTIC_VERSION);
+  if (identity.online) identity_[run_note::kOnline] = "1";
   const bool exists = is_there(settings_.path);
   if (exists && !settings_.resume) {
     throw Error(
@@ -223,9 +208,9 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Session& session, 
   pending->update.notes = notes_of(session.state());
   pending->update.notes.texts.insert(identity_.begin(), identity_.end());
   const Vec3d up = session.up();
-  pending->update.notes.texts[kUp] = Json({up.x(), up.y(), up.z()}).dump();
-  pending->update.notes.texts[kPositions] = std::to_string(positions_);
-  pending->update.notes.texts[kComplete] = complete ? "1" : "0";
+  pending->update.notes.texts[run_note::kUp] = Json({up.x(), up.y(), up.z()}).dump();
+  pending->update.notes.texts[run_note::kPositions] = std::to_string(positions_);
+  pending->update.notes.texts[run_note::kComplete] = complete ? "1" : "0";
   return pending;
 }
 

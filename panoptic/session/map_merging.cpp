@@ -9,17 +9,13 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
 #include "panoptic/session/checkpoint.h"
 #include "panoptic/session/session_notes.h"
 
 namespace panoptic {
 namespace {
-
-std::string text_of(const SavedMap& saved, const char* name) {
-  const auto found = saved.notes.texts.find(name);
-  return found == saved.notes.texts.end() ? "" : found->second;
-}
 
 // What a map's notes say that matters to a merged one.
 struct RunNotes {
@@ -32,7 +28,8 @@ struct RunNotes {
 
 RunNotes run_notes(const MapWithFrames& map) {
   const SessionState state = map.saved.notes.states.empty() ? SessionState{} : session_state(map.saved, map.frames);
-  return {state, up_of(map.saved), is_complete(map.saved), text_of(map.saved, "recording"), text_of(map.saved, "options")};
+  return {state, up_of(map.saved), is_complete(map.saved), note_or_empty(map.saved, run_note::kRecording),
+          note_or_empty(map.saved, run_note::kOptions)};
 }
 
 MapNotes merged_notes(const RunNotes& a, const RunNotes& b, std::int64_t frame_shift) {
@@ -43,11 +40,11 @@ MapNotes merged_notes(const RunNotes& a, const RunNotes& b, std::int64_t frame_s
   state.up_sum = a.state.up_sum + b.state.up_sum;
   MapNotes notes = notes_of(state);
   const Vec3d up = (a.up + b.up).norm() > 0 ? Vec3d((a.up + b.up).normalized()) : a.up;
-  notes.texts["up"] = Json({up.x(), up.y(), up.z()}).dump();
-  notes.texts["program"] = fmt::format("panoptic {}", PANOPTIC_VERSION);
-  notes.texts["options"] = a.options;
-  notes.texts["complete"] = a.complete && b.complete ? "1" : "0";
-  notes.texts["recording"] = fmt::format("{} + {}", a.recording, b.recording);
+  notes.texts[run_note::kUp] = Json({up.x(), up.y(), up.z()}).dump();
+  notes.texts[run_note::kProgram] = fmt::format("panoptic {}", PANOPTIC_VERSION);
+  notes.texts[run_note::kOptions] = a.options;
+  notes.texts[run_note::kComplete] = a.complete && b.complete ? "1" : "0";
+  notes.texts[run_note::kRecording] = fmt::format("{} + {}", a.recording, b.recording);
   notes.texts[kMergedNote] = "1";
   return notes;
 }
@@ -57,8 +54,7 @@ MapNotes merged_notes(const RunNotes& a, const RunNotes& b, std::int64_t frame_s
 MapWithFrames load_map_with_frames(const std::filesystem::path& path) { return {load_map(path), load_frames(path)}; }
 
 MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesystem::path& b, const std::filesystem::path& merged) {
-  std::error_code ignored;
-  if (std::filesystem::exists(std::filesystem::symlink_status(merged, ignored))) {
+  if (is_there(merged)) {
     throw Error(fmt::format("{} is there already; choose another name or remove it", merged.string()));
   }
   MapWithFrames first = load_map_with_frames(a);

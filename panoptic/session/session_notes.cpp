@@ -138,6 +138,11 @@ void read_counters(const SavedMap& saved, SessionState& state) {
 
 }  // namespace
 
+std::string note_or_empty(const SavedMap& saved, const std::string& name) {
+  const auto found = saved.notes.texts.find(name);
+  return found == saved.notes.texts.end() ? "" : found->second;
+}
+
 MapNotes notes_of(const SessionState& state) {
   const Json counters = {{"label_frames", state.label_frames},
                          {"labelled", state.labelled},
