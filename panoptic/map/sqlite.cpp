@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <cerrno>
 #include <cstring>
 
 #include "panoptic/base/error.h"
@@ -27,7 +28,8 @@ std::string_view remedy_for(int code) {
       return "check the path, the permissions of its folder and the space on the disk";
     case SQLITE_READONLY:
     case SQLITE_PERM:
-      return "check the permissions of the file and its folder";
+      // So SQLite also says where it could not write its log, or not learn whether the file was moved.
+      return "check that the disk is neither full nor read-only, and the permissions of the file and its folder";
     case SQLITE_IOERR:
       return "check the disk and the space on it";
     case SQLITE_NOMEM:
@@ -90,12 +92,19 @@ Database::Database(const std::filesystem::path& path, DatabaseAccess access) : p
   execute("PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0;");
 }
 
+// The system's reason, where SQLite still knows it: having failed to open a file it looks for others, whose absence is none.
+int Database::refused_with(int code) const {
+  const int kind = code & 0xFF;
+  if (kind != SQLITE_CANTOPEN && kind != SQLITE_IOERR) return 0;
+  const int reason = sqlite3_system_errno(handle_.get());
+  return reason == ENOENT ? 0 : reason;
+}
+
 void Database::fail() const {
   const int code = sqlite3_extended_errcode(handle_.get());
   const char* words = sqlite3_errmsg(handle_.get());
   require_disk(words);
-  const int kind = code & 0xFF;
-  const int reason = kind == SQLITE_CANTOPEN || kind == SQLITE_IOERR ? sqlite3_system_errno(handle_.get()) : 0;
+  const int reason = refused_with(code);
   throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), words,
                           reason != 0 ? fmt::format(" ({})", std::strerror(reason)) : "", remedy_for(code)));
 }

@@ -78,6 +78,15 @@ void FaultWorld::make_map() {
   if (!fs::exists(given_ / "map.panoptic")) must_do(run_arguments((given_ / "map.panoptic").string()));
 }
 
+// Of the same place, with one frame less.
+void FaultWorld::make_later_map() {
+  make_map();
+  if (fs::exists(given_ / "later.panoptic")) return;
+  std::vector<std::string> arguments = run_arguments((given_ / "later.panoptic").string());
+  arguments.insert(arguments.end(), {"--frames", fmt::format("0:{}", kFrames - 1)});
+  must_do(arguments);
+}
+
 // A run that a bad prediction ended.
 void FaultWorld::make_early_end() {
   const fs::path bad = given_ / "predictions" / fmt::format("{:06}.json", kBadFrame);
@@ -98,13 +107,15 @@ void FaultWorld::make_before(const std::string& name) {
   if (name.starts_with("run")) {
     must_do({"run", (given_ / "recording").string(), "-o", (before_ / name / "out").string(), "--set", "map.voxel_size_m=0.12"});
   }
-  if (name == "mesh" || name == "scene" || name == "eval" || name == "explain") {
-    for (const char* file : {"mesh.ply", "scene.glb", "scores.json", "object.png"}) write_file(before_ / name / file, "older");
+  if (name == "mesh" || name == "scene" || name == "eval" || name == "explain" || name == "diff") {
+    for (const char* file : {"mesh.ply", "scene.glb", "scores.json", "object.png", "changes.json", "changes.png"})
+      write_file(before_ / name / file, "older");
   }
 }
 
 Operation FaultWorld::operation(const std::string& name) {
   if (name == "run_sens" || name == "eval" || name == "explain") make_home();
+  if (name == "merge" || name == "diff") make_later_map();
   if (name == "info" || name == "mesh" || name == "scene" || name == "regularize") make_map();
   if (!fs::exists(before_ / name)) make_before(name);
   return described(name);
@@ -126,7 +137,16 @@ std::vector<std::string> FaultWorld::run_arguments(const std::string& map) const
 }
 
 std::vector<std::string> FaultWorld::operations() {
-  return {"simulate", "run", "run_paged", "run_sens", "map", "resume", "info", "mesh", "scene", "regularize", "eval", "explain"};
+  return {"simulate", "run",   "run_paged",  "run_sens", "map",  "resume", "online", "info",
+          "mesh",     "scene", "regularize", "merge",    "diff", "eval",   "explain"};
+}
+
+Operation FaultWorld::online(const std::string& map) const {
+  std::vector<std::string> arguments = run_arguments("");
+  arguments.insert(arguments.end(), {"--map", map, "--checkpoint-every", "0", "--online", "--speed", "max"});
+  Operation operation{"online", arguments, true, false, true};
+  operation.by_the_clock = true;
+  return operation;
 }
 
 Operation FaultWorld::described(const std::string& name) const {
@@ -146,11 +166,20 @@ Operation FaultWorld::described(const std::string& name) const {
         true,
         false};
   }
-  if (name == "map" || name == "resume") return {name, run_arguments(place("map.panoptic")), true, true};
+  if (name == "map" || name == "resume") return {name, run_arguments(place("map.panoptic")), true, true, true};
+  if (name == "online") return online(place("map.panoptic"));
   if (name == "info") return {name, {name, given("map.panoptic"), "--json"}};
   if (name == "mesh") return {name, {name, given("map.panoptic"), "-o", place("mesh.ply")}};
   if (name == "scene") return {name, {"mesh", given("map.panoptic"), "-o", place("scene.glb")}};
-  if (name == "regularize") return {name, {name, place("map.panoptic"), "--set", "regularizer.w2=20"}};
+  if (name == "regularize") {
+    return {name, {name, place("map.panoptic"), "--set", "regularizer.w2=20"}, false, false, true};
+  }
+  if (name == "merge") return {name, {name, given("map.panoptic"), given("later.panoptic"), "-o", place("map.panoptic")}};
+  if (name == "diff") {
+    return {
+        name,
+        {name, given("map.panoptic"), given("later.panoptic"), "--json", place("changes.json"), "--png", place("changes.png")}};
+  }
   if (name == "eval") return {name, {name, given("home_run"), "--gt", given("home"), "--json", place("scores.json")}};
   if (name == "explain")
     return {name, {name, given("home_run"), std::to_string(some_object(given_ / "home_run")), "--png", place("object.png")}};

@@ -24,6 +24,8 @@ struct Operation {
   std::vector<std::string> arguments;
   bool reads_frames = false;  // those that cannot be read are skipped and listed, and the run goes on
   bool keeps_map = false;     // with --map: after any failure, --resume must come to the same end
+  bool changes_map = false;   // writes a map file in place
+  bool by_the_clock = false;  // what it writes is not the same every time
 };
 
 // Small inputs, made when an operation first needs them, and a folder `place` that is put back before every run as it was before
@@ -41,8 +43,10 @@ class FaultWorld {
 
  private:
   Operation described(const std::string& name) const;
+  Operation online(const std::string& map) const;
   void make_home();
   void make_map();
+  void make_later_map();
   void make_early_end();
   void make_before(const std::string& name);
   std::vector<std::string> run_arguments(const std::string& map) const;
