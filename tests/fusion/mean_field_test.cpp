@@ -14,6 +14,7 @@ using test::argmax;
 using test::naive_mean_field;
 using test::random_graph;
 using test::sheet_graph;
+using test::strip_graph;
 
 constexpr int kIterations = 5;
 constexpr MeanFieldSettings kPaper{10, 15, 2.083F, 20};
@@ -53,6 +54,18 @@ TEST(MeanField, WithBothKernelsNearlyAllLabelsAreThoseOfTheDefinition) {
     EXPECT_GE(difference(random_graph(28, 0.05F, 19, seed), kPaper).agree, 0.99);
     EXPECT_GE(difference(sheet_graph({.side = 14, .patch = 5}, seed), kPaper).agree, 0.99);
     EXPECT_GE(difference(sheet_graph({.side = 14, .patch = 5, .labels = 8, .noise = 0.6F}, seed), kPaper).agree, 0.99);
+  }
+}
+
+TEST(MeanField, LabelsThatShareColumnsHaveTheMarginalsOfTheDefinitionToo) {
+  for (const unsigned seed : {1U, 2U}) {
+    // In one group of columns, in one of 16 and, since they are side by side, in two.
+    for (const auto& [labels, patch] : {std::pair<std::size_t, int>{20, 13}, {52, 5}, {130, 2}}) {
+      const CrfGraph graph = strip_graph({.length = 260, .patch = patch, .labels = labels}, seed);
+      const Difference d = difference(graph, kPositionOnly);
+      EXPECT_LT(d.most, 1e-3) << labels;
+      EXPECT_GE(difference(graph, kPaper).agree, 0.99) << labels;
+    }
   }
 }
 
@@ -118,6 +131,10 @@ TEST(MeanField, OddGraphsGiveProbabilitiesToo) {
   std::fill(labelled_by_others.labels.begin(), labelled_by_others.labels.end(), CrfGraph::kOtherLabel);
   labelled_by_others.all_labels = 1000;
   expect_probabilities(labelled_by_others);
+  CrfGraph far_labels = strip_graph({.labels = 20}, 1);
+  expect_probabilities(far_labels);
+  far_labels.probabilities.assign(far_labels.size(), 0.999999F);
+  expect_probabilities(far_labels);
 }
 
 }  // namespace
