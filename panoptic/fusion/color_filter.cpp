@@ -25,6 +25,12 @@ float squared_difference(const VoxelColor& a, const VoxelColor& b) {
   return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
 }
 
+// Room for the pairs of some clusters: kept, because fresh memory costs as much as finding them.
+std::vector<ClusterPair>& thread_pairs() {
+  thread_local std::vector<ClusterPair> pairs;
+  return pairs;
+}
+
 std::vector<GridPoint> cells_of(std::span<const GridPoint> points, std::int32_t side) {
   std::vector<GridPoint> cells;
   cells.reserve(points.size());
@@ -53,7 +59,7 @@ ColorFilter::ColorFilter(std::span<const GridPoint> points, std::span<const Voxe
   const std::vector<GridPoint> cells = cells_of(points, cell_voxels);
   Centers centers(box_around(cells));
   form_clusters(points, colors, settings, cells, centers);
-  pair_clusters(centers, std::sqrt(2 * kFarthest) * settings.theta_alpha / static_cast<float>(cell_voxels), ranges);
+  pair_clusters(centers, settings, cell_voxels, ranges);
 }
 
 // Voxels sorted by cell; within a cell each joins the first cluster of its colour, or founds one.
@@ -114,14 +120,14 @@ void ColorFilter::form_clusters(std::span<const GridPoint> points, std::span<con
 // looking at a few more of them.
 class ColorFilter::Candidates {
  public:
-  Candidates(const Centers& centers, float reach_cells) : centers_(centers) {
-    // Clusters within the reach lie in cells at most one cell farther apart.
-    const auto squared_reach = static_cast<std::int32_t>((reach_cells + 1) * (reach_cells + 1));
-    const auto reach = static_cast<std::int32_t>(reach_cells + 1);
+  // Pairs of voxels are nearer than their cells by up to `slack`, along each axis.
+  Candidates(const Centers& centers, double reach_cells, double slack) : centers_(centers) {
+    const auto nearest = [&](std::int32_t cells) { return std::max(0.0, std::abs(cells) - slack); };
+    const auto reach = static_cast<std::int32_t>(reach_cells + slack);
     for (std::int32_t z = -reach; z <= reach; ++z) {
       for (std::int32_t y = -reach; y <= reach; ++y) {
-        const std::int32_t left = squared_reach - z * z - y * y;
-        if (left >= 0) rows_.push_back({static_cast<std::int32_t>(std::sqrt(static_cast<double>(left))), y, z});
+        const double left = reach_cells * reach_cells - nearest(z) * nearest(z) - nearest(y) * nearest(y);
+        if (left >= 0) rows_.push_back({static_cast<std::int32_t>(std::sqrt(left) + slack), y, z});
       }
     }
   }
@@ -138,15 +144,20 @@ class ColorFilter::Candidates {
     return past;
   }
 
-  // Those of them that pair with a cluster.
-  std::span<const ClusterPair> find(std::size_t cluster) {
-    kernels::PairWork work{{}, clusters_.data(), count_, {}, kFarthest, near_.data(), weights_.data(), found_.data()};
+  // Adds those of them that pair with a cluster; returns how many pairs there are now.
+  std::size_t find(std::size_t cluster) {
+    if (pairs_.size() < pair_count_ + count_) pairs_.resize(2 * (pair_count_ + count_));
+    kernels::PairWork work{{},        clusters_.data(), count_,          {},
+                           kFarthest, near_.data(),     weights_.data(), pairs_.data() + pair_count_};
     for (std::size_t a = 0; a < 6; ++a) {
       work.axes[a] = axes_[a].data();
       work.center[a] = centers_.axes[a][cluster];
     }
-    return {found_.data(), kernels::find_pairs(work)};
+    pair_count_ += kernels::find_pairs(work);
+    return pair_count_;
   }
+  // All pairs found so far.
+  std::vector<ClusterPair> pairs() const { return {pairs_.begin(), pairs_.begin() + static_cast<std::ptrdiff_t>(pair_count_)}; }
 
  private:
   static constexpr float kNowhere = 1e15F;
@@ -200,7 +211,6 @@ class ColorFilter::Candidates {
     clusters_.resize(count);
     near_.resize(count);
     weights_.resize(count);
-    found_.resize(count);
   }
 
   const Centers& centers_;
@@ -211,23 +221,25 @@ class ColorFilter::Candidates {
   std::vector<std::uint32_t> clusters_;
   std::vector<std::uint32_t> near_;
   std::vector<float> weights_;
-  std::vector<ClusterPair> found_;
+  std::vector<ClusterPair>& pairs_ = thread_pairs();
+  std::size_t pair_count_ = 0;
 };
 
-void ColorFilter::pair_clusters(const Centers& centers, float reach_cells, const Ranges& threads) {
+void ColorFilter::pair_clusters(const Centers& centers, const ColorFilterSettings& settings, int cell_voxels,
+                                const Ranges& threads) {
+  // A little more than that, because positions are rounded.
+  const double reach_cells = 1.0001 * std::sqrt(2.0 * kFarthest) * settings.theta_alpha / cell_voxels;
+  const double slack = (cell_voxels - 1.0) / cell_voxels;
   pairs_.resize((cluster_count() + kGrain - 1) / kGrain);
   threads.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {
     Pairs& piece = pairs_[begin / kGrain];
-    Candidates candidates(centers, reach_cells);
+    Candidates candidates(centers, reach_cells, slack);
     piece.ends.reserve(end - begin);
     for (std::size_t past = begin; begin < end; begin = past) {
       past = candidates.collect(begin, end);
-      for (std::size_t c = begin; c < past; ++c) {
-        const auto found = candidates.find(c);
-        piece.pairs.insert(piece.pairs.end(), found.begin(), found.end());
-        piece.ends.push_back(static_cast<std::uint32_t>(piece.pairs.size()));
-      }
+      for (std::size_t c = begin; c < past; ++c) piece.ends.push_back(static_cast<std::uint32_t>(candidates.find(c)));
     }
+    piece.pairs = candidates.pairs();
   });
 }
 

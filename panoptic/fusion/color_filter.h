@@ -59,7 +59,7 @@ class ColorFilter {
 
   void form_clusters(std::span<const GridPoint> points, std::span<const VoxelColor> colors, const ColorFilterSettings& settings,
                      std::span<const GridPoint> cells, Centers& centers);
-  void pair_clusters(const Centers& centers, float reach_cells, const Ranges& threads);
+  void pair_clusters(const Centers& centers, const ColorFilterSettings& settings, int cell_voxels, const Ranges& threads);
 
   std::vector<std::uint32_t> cluster_of_;   // by voxel
   std::vector<std::uint32_t> members_;      // voxels, cluster after cluster

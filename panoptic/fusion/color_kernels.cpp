@@ -34,6 +34,7 @@ void sum_pairs_32_wide(const PairSums& work);
 std::size_t keep_near(const PairWork& work);
 std::size_t keep_near_wide(const PairWork& work);
 void weigh_pairs(const PairWork& work, std::size_t count);
+void weigh_pairs_wide(const PairWork& work, std::size_t count);
 
 template <typename Part>
 [[gnu::always_inline]] inline void square_differences(const PairWork& work, std::size_t i, Part& squares) {
@@ -82,10 +83,10 @@ std::size_t keep_near_wide(const PairWork& work) {
 std::size_t keep_near_wide(const PairWork& work) { return keep_near(work); }
 #endif
 
-PANOPTIC_CLONES
-void weigh_pairs(const PairWork& work, std::size_t count) {
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    Lanes weights;
+template <typename Part>
+[[gnu::always_inline]] inline void weigh(const PairWork& work, std::size_t count) {
+  for (std::size_t i = 0; i < count; i += sizeof(Part) / sizeof(float)) {
+    Part weights;
     load_lanes(work.weights + i, weights);
     fast_exp(weights);
     store_lanes(weights, work.weights + i);
@@ -93,10 +94,14 @@ void weigh_pairs(const PairWork& work, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) work.found[i] = {work.near[i], work.weights[i]};
 }
 
+PANOPTIC_CLONES void weigh_pairs(const PairWork& work, std::size_t count) { weigh<Lanes>(work, count); }
+PANOPTIC_WIDE void weigh_pairs_wide(const PairWork& work, std::size_t count) { weigh<WideLanes>(work, count); }
+
 std::size_t find_pairs(const PairWork& work) {
-  const std::size_t count = has_wide_registers() ? keep_near_wide(work) : keep_near(work);
-  for (std::size_t lane = 0; lane < kLanes; ++lane) work.weights[count + lane] = 0;
-  weigh_pairs(work, count);
+  const bool wide = has_wide_registers();
+  const std::size_t count = wide ? keep_near_wide(work) : keep_near(work);
+  for (std::size_t lane = 0; lane < 2 * kLanes; ++lane) work.weights[count + lane] = 0;
+  wide ? weigh_pairs_wide(work, count) : weigh_pairs(work, count);
   return count;
 }
 

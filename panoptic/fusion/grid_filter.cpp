@@ -165,8 +165,9 @@ LineFilter line_filter(RowWidth width) {
 
 }  // namespace kernels
 
-GridFilter::GridFilter(std::span<const GridPoint> points, float sigma, const Ranges& ranges) : size_(points.size()) {
-  const auto radius = static_cast<std::int32_t>(std::ceil(kTruncation * sigma));
+GridFilter::GridFilter(std::span<const GridPoint> points, float sigma, const Ranges& ranges)
+    : size_(points.size()), reach_(static_cast<std::int32_t>(std::ceil(kTruncation * sigma))) {
+  const std::int32_t radius = reach_;
   taps_.assign(2 * static_cast<std::size_t>(radius + kSpan) + 1, 0.0F);
   for (std::int32_t k = -radius; k <= radius; ++k) {
     const double share = static_cast<double>(k) / sigma;

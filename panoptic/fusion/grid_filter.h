@@ -72,6 +72,8 @@ class GridFilter {
   GridFilter(std::span<const GridPoint> points, float sigma, const Ranges& ranges = {});
 
   std::size_t size() const { return size_; }
+  // How far apart two points may be along an axis and still be in each other's sums.
+  std::int32_t reach() const { return reach_; }
 
   // Some points and their sums, rows of `width` values one after the other, as soon as they are there. On any thread.
   using Take = std::function<void(std::span<const std::uint32_t> points, const float* sums)>;
@@ -94,6 +96,7 @@ class GridFilter {
   };
 
   std::size_t size_;
+  std::int32_t reach_;
   std::vector<float> taps_;  // from some places beyond the radius on one side, where they are 0, to as many on the other
   std::vector<Slice> slices_;
   std::vector<LastLines> last_;

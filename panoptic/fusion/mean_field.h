@@ -18,6 +18,8 @@
 
 #include "panoptic/fusion/color_filter.h"
 #include "panoptic/fusion/grid_filter.h"
+#include "panoptic/fusion/label_columns.h"
+#include "panoptic/fusion/mean_field_kernels.h"
 
 namespace panoptic {
 
@@ -50,14 +52,6 @@ struct MeanFieldScratch {
   std::size_t memory_bytes() const;
 };
 
-// Labels whose values lie side by side, `stride` apart from voxel to voxel.
-struct LabelGroup {
-  float* rows;
-  std::size_t stride;
-  std::size_t columns;    // 8 or 16
-  const float* is_label;  // 1 for a label, 0 for what only fills the group
-};
-
 class MeanField {
  public:
   struct Best {
@@ -77,7 +71,7 @@ class MeanField {
   std::size_t memory_bytes() const;
 
  private:
-  // Labels that are worked together. Their values lie side by side: `width` per voxel, voxel after voxel.
+  // Columns that are worked together. Their values lie side by side: `width` per voxel, voxel after voxel.
   struct Chunk {
     RowWidth width;
     float* rows;
@@ -88,12 +82,13 @@ class MeanField {
     std::size_t stride;
   };
 
-  float* marginal_at(std::size_t voxel, std::size_t label) const;
+  float value_at(std::size_t voxel, std::size_t column) const { return columns_[column].rows[voxel * columns_[column].stride]; }
+  float absent_marginal(std::size_t voxel) const;
+  kernels::MarginalWork marginal_work() const;
   void add_chunks(std::size_t columns, float* rows);
   void normalise_kernels();
   void set_head_starts();
   void pass_messages(const Chunk& chunk, bool last);
-  void normalise_rows(std::span<const std::uint32_t> voxels);
 
   const CrfGraph& graph_;
   MeanFieldSettings settings_;
@@ -104,10 +99,12 @@ class MeanField {
   std::vector<float> color_norm_;  // n1
   std::vector<float> grid_norm_;   // n2
   std::vector<float> head_start_;  // log of how much more probable the known label is than another one
+  LabelColumns label_columns_;
+  std::vector<std::int32_t> own_column_;  // that of the known label; -1: none
   std::vector<Chunk> chunks_;
-  std::vector<Column> columns_;     // by label
-  std::vector<LabelGroup> groups_;  // of all chunks
-  std::vector<float> is_label_;     // by column
+  std::vector<Column> columns_;
+  std::vector<ColumnGroup> groups_;  // of all chunks
+  std::vector<float> is_label_;      // by column
 };
 
 }  // namespace panoptic

@@ -128,4 +128,29 @@ inline CrfGraph sheet_graph(const Sheet& sheet, unsigned seed) {
   return g;
 }
 
+// A long beam along x, of patches with one label and colour each; a tenth of the voxels has the label of the next patch.
+struct Strip {
+  int length = 260;
+  int side = 2;
+  int patch = 13;
+  std::size_t labels = 20;
+};
+
+inline CrfGraph strip_graph(const Strip& strip, unsigned seed) {
+  std::mt19937 random(seed);
+  CrfGraph g;
+  g.label_count = g.all_labels = strip.labels;
+  for (int i = 0; i < strip.side * strip.side * strip.length; ++i) {
+    const int row = i / strip.length;
+    g.points.push_back({i % strip.length, row % strip.side, row / strip.side});
+    const int patch = i % strip.length / strip.patch;
+    const int next = share(random) < 0.1F ? 1 : 0;
+    g.labels.push_back(static_cast<std::uint16_t>(static_cast<std::size_t>(patch + next) % strip.labels));
+    const auto level = static_cast<float>(patch * 37 % 200);
+    g.colors.push_back({level + 10 * share(random), 100 + 10 * share(random), 200 - level + 10 * share(random)});
+    g.probabilities.push_back(0.5F + 0.4F * share(random));
+  }
+  return g;
+}
+
 }  // namespace panoptic::test

@@ -14,6 +14,7 @@ using test::argmax;
 using test::naive_mean_field;
 using test::random_graph;
 using test::sheet_graph;
+using test::strip_graph;
 
 constexpr int kIterations = 5;
 constexpr MeanFieldSettings kPaper{10, 15, 2.083F, 20};
@@ -56,6 +57,18 @@ TEST(MeanField, WithBothKernelsNearlyAllLabelsAreThoseOfTheDefinition) {
   }
 }
 
+TEST(MeanField, LabelsThatShareColumnsHaveTheMarginalsOfTheDefinitionToo) {
+  for (const unsigned seed : {1U, 2U}) {
+    // In one group of columns, in one of 16 and, since they are side by side, in two.
+    for (const auto& [labels, patch] : {std::pair<std::size_t, int>{20, 13}, {52, 5}, {130, 2}}) {
+      const CrfGraph graph = strip_graph({.length = 260, .patch = patch, .labels = labels}, seed);
+      const Difference d = difference(graph, kPositionOnly);
+      EXPECT_LT(d.most, 1e-3) << labels;
+      EXPECT_GE(difference(graph, kPaper).agree, 0.99) << labels;
+    }
+  }
+}
+
 TEST(MeanField, NoiseOnASheetOfPatchesIsSmoothedAway) {
   const CrfGraph noisy = sheet_graph({}, 7);
   const CrfGraph clean = sheet_graph({.noise = 0}, 7);
@@ -73,16 +86,17 @@ TEST(MeanField, NoiseOnASheetOfPatchesIsSmoothedAway) {
 }
 
 TEST(MeanField, RunsAloneAndOnAllThreadsToTheSameBits) {
-  const CrfGraph graph = sheet_graph({.labels = 21}, 3);
-  MeanFieldScratch scratch;
-  MeanFieldScratch other_scratch;
-  MeanField alone(graph, kPaper, scratch);
-  set_thread_count(3);
-  MeanField together(graph, kPaper, other_scratch, {.parallel = true});
-  for (int i = 0; i < 2; ++i) alone.iterate(), together.iterate();
-  set_thread_count(0);
-  for (std::size_t v = 0; v < graph.size(); ++v) {
-    for (std::size_t l = 0; l < 21; ++l) ASSERT_EQ(alone.marginal(v, l), together.marginal(v, l));
+  for (const CrfGraph& graph : {sheet_graph({.labels = 21}, 3), strip_graph({.length = 4000, .labels = 21}, 3)}) {
+    MeanFieldScratch scratch;
+    MeanFieldScratch other_scratch;
+    MeanField alone(graph, kPaper, scratch);
+    set_thread_count(3);
+    MeanField together(graph, kPaper, other_scratch, {.parallel = true});
+    for (int i = 0; i < 2; ++i) alone.iterate(), together.iterate();
+    set_thread_count(0);
+    for (std::size_t v = 0; v < graph.size(); ++v) {
+      for (std::size_t l = 0; l < 21; ++l) ASSERT_EQ(alone.marginal(v, l), together.marginal(v, l));
+    }
   }
 }
 
@@ -118,6 +132,10 @@ TEST(MeanField, OddGraphsGiveProbabilitiesToo) {
   std::fill(labelled_by_others.labels.begin(), labelled_by_others.labels.end(), CrfGraph::kOtherLabel);
   labelled_by_others.all_labels = 1000;
   expect_probabilities(labelled_by_others);
+  CrfGraph far_labels = strip_graph({.labels = 20}, 1);
+  expect_probabilities(far_labels);
+  far_labels.probabilities.assign(far_labels.size(), 0.999999F);
+  expect_probabilities(far_labels);
 }
 
 }  // namespace
