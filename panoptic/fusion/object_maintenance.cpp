@@ -58,7 +58,7 @@ Fields fields(MaintenanceOptions& o) {
           {"carve_height_m", &o.carve_height_m, "height above the table top from which on it is", in_range(0, 1)},
           {"floor_height_m", &o.floor_height_m, "level surface this near to the floor's plane is floor; 0 = off", in_range(0, 1)},
           {"min_observations", &o.min_observations,
-           "objects seen in fewer frames are dropped at the end (in short recordings: in less than 1 of 40)", in_range(0, kMany)},
+           "objects seen in fewer frames are dropped at the end (in short recordings: in less than 1 of 35)", in_range(0, kMany)},
           {"min_thing_m2", &o.min_thing_m2, "things of no class with less surface are dropped at the end", in_range(0, 100)},
           {"min_region_m2", &o.min_region_m2, "unknown regions with at least this surface become things at the end",
            in_range(0, 10000)},
@@ -100,7 +100,7 @@ void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, const SoFar&
 }
 
 void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
-  constexpr std::uint64_t kFramesPerObservation = 40;
+  constexpr std::uint64_t kFramesPerObservation = 35;
   if (!options_.enabled) return;
   Pass pass = begin(map, objects, so_far);
   pass.min_observations = std::min(static_cast<std::uint64_t>(options_.min_observations),
@@ -110,8 +110,11 @@ void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoF
   drop_strays(pass);
   rule_out_by_size(pass);
   if (options_.floor_height_m > 0) level_floor(pass);
-  if (options_.carve) carve_supports(pass);
-  drop_faint(pass);
+  drop_faint(pass);  // what stands on a table comes back as a thing without a class
+  if (options_.carve) {
+    carve_supports(pass);
+    drop_faint(pass);
+  }
   name_unknown_regions(pass);
   name_others(pass);
   pass.surface.write_labels(map);

@@ -33,8 +33,8 @@ struct MaintenanceOptions {
   float carve_height_m = 0.02F;  // above the table top
   // At the end:
   float floor_height_m = 0.03F;  // level surface this near to the floor's plane is floor; 0 = as the networks say
-  int min_observations = 5;     // objects seen less often are dropped; in short recordings, those seen in less than 1 frame of 40
-  float min_thing_m2 = 0.04F;   // unnamed things with less surface are dropped
+  int min_observations = 6;     // objects seen less often are dropped; in short recordings, those seen in less than 1 frame of 35
+  float min_thing_m2 = 0.05F;   // unnamed things with less surface are dropped
   float min_region_m2 = 0.12F;  // unknown regions from this surface on are things
   float stray_share = 0.15F;    // pieces of an object smaller than this share of its largest piece are dropped
   float size_margin = 1.15F;    // an object this much longer than its class can be (label set, max_size_m) is of another class

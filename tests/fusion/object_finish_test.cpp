@@ -87,24 +87,24 @@ TEST(ObjectMaintenance, DropsStrayPiecesAndFillsThemFromAroundThem) {
 }
 
 TEST(ObjectMaintenance, DropsRarelySeenObjectsAndFillsThem) {
-  for (const int times : {4, 5}) {
+  for (const int times : {5, 6}) {
     World world(MaintenanceOptions{.floor_height_m = 0});
     const PanopticId rare = world.seen(kChair, times);
     const PanopticId often = world.seen(kSofa, 50);
     add_to(world, {solid_box({-0.6, 0, 0}, {0, 0.6, 0.4}, often), solid_box({-0.4, 0.2, 0.2}, {-0.2, 0.4, 0.41}, rare)});
     ASSERT_EQ(world.at({-0.3, 0.3, 0.41}), rare);
     world.finish();
-    EXPECT_EQ(world.at({-0.3, 0.3, 0.41}), times == 4 ? often : rare);
+    EXPECT_EQ(world.at({-0.3, 0.3, 0.41}), times == 5 ? often : rare);
   }
 }
 
 TEST(ObjectMaintenance, AsksForFewerObservationsInShortRecordings) {
-  for (const std::uint64_t frames : {40U, 120U}) {  // 1 of 40: once, three times
+  for (const std::uint64_t frames : {35U, 105U}) {  // 1 of 35: once, three times
     World world;
     const PanopticId twice = world.seen(kChair, 2);
     add_to(world, {solid_box({0, 0, 0}, {0.4, 0.4, 0.4}, twice)});
     world.finish(frames);
-    EXPECT_EQ(world.ids().contains(twice), frames == 40);
+    EXPECT_EQ(world.ids().contains(twice), frames == 35);
   }
 }
 

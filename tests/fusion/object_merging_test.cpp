@@ -160,6 +160,20 @@ TEST(ObjectMaintenance, LeavesThingsWithAClassOnTheTableAlone) {
   EXPECT_EQ(world.count(bag), before);
 }
 
+// What it was taken for was seen too seldom to be believed, but that something stands there is certain.
+TEST(ObjectMaintenance, ARarelySeenObjectOnATableIsAThingWithoutAClass) {
+  for (const int times : {2, 20}) {
+    World world;
+    const PanopticId bag = world.seen(kBag, times);
+    add_to(world, {table_top(stuff(kTable)), box_on_table(bag)});
+    world.finish();
+    const PanopticId thing = world.at({0.1, 0.1, 0.9});
+    EXPECT_EQ(thing == bag, times == 20);
+    ASSERT_NE(world.objects.find(thing), nullptr);
+    EXPECT_EQ(world.objects.class_of(thing), times == 20 ? kBag : ClassId::kUnknown);
+  }
+}
+
 TEST(ObjectMaintenance, CarvesNothingOutOfFloorsNorWhenToldNotTo) {
   World floor;
   add_to(floor, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({0, 0, -0.1}, {0.2, 0.2, 0.2}, stuff(kFloor))});
