@@ -162,8 +162,9 @@ int things_on(RoomLayout& layout, std::string_view role, std::size_t carrier, in
     const double radius_m = size_m.head<2>().norm() / 2;
     const Eigen::Vector2d play_m = under.base.half_m.array() - radius_m - 0.01;
     for (int i = 0; placed < most && play_m.minCoeff() > 0 && i < kTries; ++i) {
-      const Eigen::Vector2d at(layout.random().uniform(-play_m.x(), play_m.x()),
-                               layout.random().uniform(-play_m.y(), play_m.y()));
+      const double y_m = layout.random().uniform(-play_m.y(), play_m.y());
+      const double x_m = layout.random().uniform(-play_m.x(), play_m.x());
+      const Eigen::Vector2d at(x_m, y_m);
       Stand stand;
       stand.center = under.base.center + under.base.axis * at.x() + under.base.across() * at.y();
       stand.front = Eigen::Rotation2Dd(layout.random().uniform(-0.5, 0.5)) * under.front();

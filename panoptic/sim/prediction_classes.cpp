@@ -86,7 +86,10 @@ constexpr auto kHallucinations = std::to_array<std::string_view>(
 
 // Gamma distributed with scale 1 (Marsaglia and Tsang 2000; for shapes below 1 through shape + 1).
 double gamma(double shape, Random& random) {
-  if (shape < 1) return gamma(shape + 1, random) * std::pow(1 - random.uniform(), 1 / shape);
+  if (shape < 1) {
+    const double above = gamma(shape + 1, random);
+    return above * std::pow(1 - random.uniform(), 1 / shape);
+  }
   const double d = shape - 1.0 / 3;
   const double c = 1 / std::sqrt(9 * d);
   for (;;) {

@@ -111,8 +111,9 @@ std::uint32_t add_material(Material material, Scene& scene) {
   return static_cast<std::uint32_t>(scene.materials.size() - 1);
 }
 
-std::uint32_t add_textured(SurfaceFinish surface, const Rgb& color, std::uint64_t seed, Scene& scene) {
-  scene.textures.push_back(surface_texture(surface, color, seed));
+std::uint32_t add_textured(SurfaceFinish surface, const std::vector<Rgb>& colors, Random& random, Scene& scene) {
+  const std::uint64_t seed = random.bits();
+  scene.textures.push_back(surface_texture(surface, random.pick(colors), seed));
   return add_material({kWhite, static_cast<std::int32_t>(scene.textures.size() - 1)}, scene);
 }
 
@@ -121,10 +122,10 @@ std::uint32_t wall_material(RoomKind kind, Random& random, Scene& scene) {
                                            {206, 214, 224}, {232, 216, 190}, {224, 224, 222}};
   static const std::vector<Rgb> kPapers = {{208, 190, 166}, {176, 194, 188}, {190, 176, 196}, {204, 196, 150}};
   static const std::vector<Rgb> kTileColors = {{222, 228, 230}, {196, 214, 218}, {226, 220, 206}};
-  if (kind == RoomKind::kBathroom) return add_textured(SurfaceFinish::kTiles, random.pick(kTileColors), random.bits(), scene);
+  if (kind == RoomKind::kBathroom) return add_textured(SurfaceFinish::kTiles, kTileColors, random, scene);
   const bool has_paper = kind != RoomKind::kKitchen && random.chance(0.35);
-  if (has_paper) return add_textured(SurfaceFinish::kStripes, random.pick(kPapers), random.bits(), scene);
-  return add_textured(SurfaceFinish::kPlaster, random.pick(kPaints), random.bits(), scene);
+  if (has_paper) return add_textured(SurfaceFinish::kStripes, kPapers, random, scene);
+  return add_textured(SurfaceFinish::kPlaster, kPaints, random, scene);
 }
 
 std::uint32_t floor_material(RoomKind kind, Random& random, Scene& scene) {
@@ -132,11 +133,11 @@ std::uint32_t floor_material(RoomKind kind, Random& random, Scene& scene) {
   static const std::vector<Rgb> kTileColors = {{148, 140, 128}, {120, 124, 128}, {176, 160, 140}};
   static const std::vector<Rgb> kCarpets = {{120, 110, 104}, {92, 104, 124}, {138, 120, 92}};
   if (kind == RoomKind::kBathroom || (kind == RoomKind::kKitchen && random.chance(0.7))) {
-    return add_textured(SurfaceFinish::kTiles, random.pick(kTileColors), random.bits(), scene);
+    return add_textured(SurfaceFinish::kTiles, kTileColors, random, scene);
   }
   const bool has_carpet = (kind == RoomKind::kBedroom || kind == RoomKind::kOffice) && random.chance(0.4);
-  if (has_carpet) return add_textured(SurfaceFinish::kCarpet, random.pick(kCarpets), random.bits(), scene);
-  return add_textured(SurfaceFinish::kPlanks, random.pick(kWoods), random.bits(), scene);
+  if (has_carpet) return add_textured(SurfaceFinish::kCarpet, kCarpets, random, scene);
+  return add_textured(SurfaceFinish::kPlanks, kWoods, random, scene);
 }
 
 void add_object(SceneModel model, ClassId class_id, Scene& scene) {
