@@ -174,6 +174,9 @@ TEST(Home, IsTheSameByteForByteForTheSameSeed) {
   EXPECT_NE(hash_of(make_home({7, 3}, catalogue())), hash_of(make_home({8, 3}, catalogue())));
 }
 
+// In every build: no compiler may draw the random numbers in another order.
+TEST(Home, HashIsGolden) { EXPECT_EQ(hash_of(make_home({7, 3}, catalogue())), 162369081939573154U); }
+
 TEST(Home, NumbersItsThingsFromOneAndItsStuffZero) {
   const LabelSet labels = load_label_set("scannet20");
   for (const Home& home : homes()) {
