@@ -18,7 +18,7 @@ constexpr const char* kFooter =
     "  panoptic doctor recording/\n"
     "  panoptic simulate --seed 1 -o home && panoptic run home --predictions home/predictions -o out/home\n"
     "  panoptic view out/kitchen\n"
-    "  panoptic explain out/kitchen 31 --png chair_31.png\n"
+    "  panoptic explain out/kitchen 44 --png chair_44.png\n"
     "  panoptic eval out/home --gt home --json scores.json\n"
     "Exit codes: 0 done, 1 something in the world is wrong (one line on stderr), 2 wrong usage, 130 interrupted.";
 
