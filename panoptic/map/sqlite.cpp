@@ -65,7 +65,7 @@ int disk_errno(sqlite3* handle) {
     sqlite3_file* file = nullptr;
     int reason = 0;
     if (sqlite3_file_control(handle, nullptr, which, static_cast<void*>(&file)) != SQLITE_OK) continue;
-    if (file == nullptr || file->pMethods == nullptr) continue;
+    if (file == nullptr || file->pMethods == nullptr || file->pMethods->xFileControl == nullptr) continue;  // as in memory
     if (file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &reason) == SQLITE_OK && reason != 0) return reason;
   }
   return 0;
