@@ -22,6 +22,12 @@ struct GridPoint {
   bool operator==(const GridPoint&) const = default;
 };
 
+// The cell that holds a point, where cells are cubes of `side` points and cell 0 begins at 0.
+constexpr GridPoint cell_of(const GridPoint& p, std::int32_t side) {
+  const auto along = [&](std::int32_t a) { return a / side - (a % side < 0 ? 1 : 0); };
+  return {along(p.x), along(p.y), along(p.z)};
+}
+
 // std::popcount is a call into a library where the compiler may not assume a CPU with the instruction.
 constexpr std::uint32_t count_bits(std::uint64_t bits) {
   if (bits == 0) return 0;

@@ -19,8 +19,6 @@ constexpr float kFarthest = 5.0F;
 constexpr float kSameColor = 1.0F;
 constexpr std::int32_t kCellsTogether = 4;
 
-std::int32_t floor_divide(std::int32_t a, std::int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }
-
 float squared_difference(const VoxelColor& a, const VoxelColor& b) {
   return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
 }
@@ -34,9 +32,7 @@ std::vector<ClusterPair>& thread_pairs() {
 std::vector<GridPoint> cells_of(std::span<const GridPoint> points, std::int32_t side) {
   std::vector<GridPoint> cells;
   cells.reserve(points.size());
-  for (const GridPoint& p : points) {
-    cells.push_back({floor_divide(p.x, side), floor_divide(p.y, side), floor_divide(p.z, side)});
-  }
+  for (const GridPoint& p : points) cells.push_back(cell_of(p, side));
   return cells;
 }
 

@@ -199,7 +199,6 @@ void GridFilter::apply(const ScaledRows& in, RowWidth row_width, GridScratch& sc
   const auto width = static_cast<std::size_t>(row_width);
   const auto filter_lines = kernels::line_filter(row_width);
   const float* middle_tap = taps_.data() + taps_.size() / 2;
-  const auto radius = static_cast<std::ptrdiff_t>(taps_.size() / 2) - kSpan;
   float* between = scratch.rows.make_room(places_middle_ * width);
   ranges.run(slices_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     ThreadRows& rows = thread_rows();
@@ -207,8 +206,8 @@ void GridFilter::apply(const ScaledRows& in, RowWidth row_width, GridScratch& sc
       const Slice& slice = slices_[i];
       float* line = rows.line.make_room(std::max(slice.first.longest, slice.middle.longest) * width);
       float* places = rows.slice.make_room(slice.places * width);
-      filter_lines({&slice.first, middle_tap, radius, in, line, places});
-      filter_lines({&slice.middle, middle_tap, radius, {places, width, nullptr}, line, between});
+      filter_lines({&slice.first, middle_tap, reach_, in, line, places});
+      filter_lines({&slice.middle, middle_tap, reach_, {places, width, nullptr}, line, between});
     }
   });
   ranges.run(last_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -218,7 +217,7 @@ void GridFilter::apply(const ScaledRows& in, RowWidth row_width, GridScratch& sc
       ThreadRows& rows = thread_rows();
       float* line = rows.line.make_room(last.lines.longest * width);
       float* sums = rows.slice.make_room(last.points.size() * width);
-      filter_lines({&last.lines, middle_tap, radius, {between, width, nullptr}, line, sums});
+      filter_lines({&last.lines, middle_tap, reach_, {between, width, nullptr}, line, sums});
       take(last.points, sums);
     }
   });

@@ -12,8 +12,6 @@ namespace {
 
 using TileSet = std::vector<std::uint64_t>;
 
-std::int32_t floor_divide(std::int32_t a, std::int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }
-
 std::size_t groups_of(std::size_t columns) { return (columns + kLanes - 1) / kLanes; }
 
 // Points that follow each other in one tile.
@@ -29,7 +27,7 @@ std::vector<Run> runs_of(std::span<const GridPoint> points, std::int32_t side) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const GridPoint& p = points[i];
     if (i == 0 || p.x >= past_x || p.y != at.y || p.z != at.z) {
-      runs.push_back({{floor_divide(p.x, side), floor_divide(p.y, side), floor_divide(p.z, side)}, i});
+      runs.push_back({cell_of(p, side), i});
       past_x = (std::int64_t{runs.back().tile.x} + 1) * side;
       at = p;
     }
@@ -143,8 +141,8 @@ std::uint16_t LabelColumns::label_at(std::size_t column, GridPoint point) const 
   const std::vector<std::uint16_t>& labels = labels_[column];
   if (labels.size() == 1) return labels[0];
   const GridPoint o = tiles_.box().origin;
-  const std::uint32_t tile =
-      tiles_.rank({floor_divide(point.x, side_) - o.x, floor_divide(point.y, side_) - o.y, floor_divide(point.z, side_) - o.z});
+  const GridPoint at = cell_of(point, side_);
+  const std::uint32_t tile = tiles_.rank({at.x - o.x, at.y - o.y, at.z - o.z});
   const auto found =
       std::find_if(labels.begin(), labels.end(), [&](std::uint16_t label) { return holds(regions_[label], tile); });
   return found == labels.end() ? labels[0] : *found;

@@ -71,6 +71,15 @@ int disk_errno(sqlite3* handle) {
   return 0;
 }
 
+// The system's reason for a failure with this code, where SQLite still knows it: having failed to open a file it looks for
+// others, whose absence is none. 0: it does not.
+int refused_with(sqlite3* handle, int code) {
+  const int kind = code & 0xFF;
+  if (kind != SQLITE_CANTOPEN && kind != SQLITE_IOERR) return 0;
+  const int reason = sqlite3_system_errno(handle);
+  return reason == ENOENT ? 0 : reason;
+}
+
 }  // namespace
 
 void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
@@ -92,19 +101,11 @@ Database::Database(const std::filesystem::path& path, DatabaseAccess access) : p
   execute("PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0;");
 }
 
-// The system's reason, where SQLite still knows it: having failed to open a file it looks for others, whose absence is none.
-int Database::refused_with(int code) const {
-  const int kind = code & 0xFF;
-  if (kind != SQLITE_CANTOPEN && kind != SQLITE_IOERR) return 0;
-  const int reason = sqlite3_system_errno(handle_.get());
-  return reason == ENOENT ? 0 : reason;
-}
-
 void Database::fail() const {
   const int code = sqlite3_extended_errcode(handle_.get());
   const char* words = sqlite3_errmsg(handle_.get());
   require_disk(words);
-  const int reason = refused_with(code);
+  const int reason = refused_with(handle_.get(), code);
   throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), words,
                           reason != 0 ? fmt::format(" ({})", std::strerror(reason)) : "", remedy_for(code)));
 }

@@ -41,8 +41,6 @@ class Database {
   void require_disk(std::string_view words) const;
 
  private:
-  int refused_with(int code) const;
-
   struct Close {
     void operator()(sqlite3* handle) const;
   };

@@ -144,9 +144,7 @@ std::vector<std::string> FaultWorld::operations() {
 Operation FaultWorld::online(const std::string& map) const {
   std::vector<std::string> arguments = run_arguments("");
   arguments.insert(arguments.end(), {"--map", map, "--checkpoint-every", "0", "--online", "--speed", "max"});
-  Operation operation{"online", arguments, true, false, true};
-  operation.by_the_clock = true;
-  return operation;
+  return {"online", arguments, true, false, true, true};
 }
 
 Operation FaultWorld::described(const std::string& name) const {
