@@ -101,8 +101,8 @@ struct World {
   Registration registration;
   Frame frame;
   RegisteredFrame registered;
-  std::vector<PanopticId> reference;
-  std::vector<PanopticId> ids;
+  std::vector<LabelSlot> reference;
+  std::vector<LabelSlot> ids;
 };
 
 // All benchmarks run on one thread.
@@ -122,7 +122,7 @@ void registration(benchmark::State& state) {
 
 void reference(benchmark::State& state) {
   World& w = world(static_cast<int>(state.range(0)));
-  std::vector<PanopticId> labels;
+  std::vector<LabelSlot> labels;
   for (auto _ : state) reference_labels(w.map, w.frame, w.registered, labels);
 }
 

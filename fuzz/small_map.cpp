@@ -15,8 +15,8 @@ ObjectRegistry small_registry() {
     objects.show(*id, {i + 1, ClassId{2}, 0.75F, 100, {1, 2, 30, 40}});
   }
   const std::uint16_t first = objects.first_thing();
-  objects.merge(static_cast<PanopticId>(first + 2), static_cast<PanopticId>(first), 5);
-  objects.rule_out(static_cast<PanopticId>(first), {ClassId{1}});
+  objects.merge(static_cast<LabelSlot>(first + 2), static_cast<LabelSlot>(first), 5);
+  objects.rule_out(static_cast<LabelSlot>(first), {ClassId{1}});
   return objects;
 }
 

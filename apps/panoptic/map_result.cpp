@@ -22,7 +22,7 @@ std::string note(const SavedMap& saved, const char* name) {
   return found == saved.notes.texts.end() ? "" : found->second;
 }
 
-double probability_of_class(const ObjectRegistry& objects, PanopticId id) {
+double probability_of_class(const ObjectRegistry& objects, LabelSlot id) {
   const ClassId class_id = objects.class_of(id);
   for (const ClassProbability& p : objects.probabilities(id)) {
     if (p.class_id == class_id) return p.probability;
@@ -52,7 +52,7 @@ LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warn
   map.labels = saved.header.labels;
   map.voxel_size_m = saved.map.voxel_size_m();
   for (const Object& object : saved.objects.state().objects) {
-    if (object.id == PanopticId::kUnknown) continue;
+    if (object.id == LabelSlot::kUnknown) continue;
     const auto observations = static_cast<double>(object.observations);
     map.confidence[object.id] = object_confidence(probability_of_class(saved.objects, object.id), observations);
   }

@@ -14,11 +14,11 @@ constexpr int kJpegQuality = 80;
 std::vector<std::uint8_t> overlay_of(const Image<std::uint16_t>& ids, const LabelSet& labels) {
   Image<Rgb> color(ids.width(), ids.height());
   Image<std::uint8_t> alpha(ids.width(), ids.height());
-  PanopticId last = PanopticId::kUnknown;
+  LabelSlot last = LabelSlot::kUnknown;
   Rgb last_color;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const auto id = static_cast<PanopticId>(ids[i]);
-    if (id == PanopticId::kUnknown || id == PanopticId::kNoVote) continue;
+    const auto id = static_cast<LabelSlot>(ids[i]);
+    if (id == LabelSlot::kUnknown || id == LabelSlot::kNoVote) continue;
     if (id != last) last_color = color_of(id, labels);
     last = id;
     color[i] = last_color;

@@ -88,7 +88,7 @@ std::vector<SnapshotObject> objects_in(const JsonValue& file, const LabelSet& la
   std::vector<SnapshotObject> objects;
   for (const JsonValue& entry : file.at("objects").elements()) {
     SnapshotObject object;
-    object.id = static_cast<PanopticId>(entry.at("id").integer(0, kMostIds));
+    object.id = static_cast<LabelSlot>(entry.at("id").integer(0, kMostIds));
     object.class_id = static_cast<ClassId>(entry.at("class_id").integer(0, kMostIds));
     for (const auto& [name, p] : entry.at("probabilities").members()) {
       const LabelClass* label = labels.find(name);

@@ -34,7 +34,7 @@ std::shared_ptr<const Snapshot> small_snapshot() {
     snapshot->chunks.push_back({map.index_of(slot), 1, mesher.chunks()[slot]});
   }
   SnapshotObject chair;
-  chair.id = static_cast<PanopticId>(small_labels().first_thing());
+  chair.id = static_cast<LabelSlot>(small_labels().first_thing());
   chair.class_id = ClassId{2};
   chair.probabilities = {{ClassId{2}, 0.5F}};
   snapshot->objects = {chair};

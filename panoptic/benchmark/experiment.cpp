@@ -50,8 +50,8 @@ struct Mapping {
   }
 };
 
-std::map<PanopticId, double> confidences(const ObjectRegistry& objects, const Mesh& mesh) {
-  std::map<PanopticId, double> result;
+std::map<LabelSlot, double> confidences(const ObjectRegistry& objects, const Mesh& mesh) {
+  std::map<LabelSlot, double> result;
   for (const MeshVertex& vertex : mesh.vertices) {
     const Object* object = objects.find(vertex.panoptic_id);
     if (object == nullptr || result.contains(vertex.panoptic_id)) continue;

@@ -46,7 +46,7 @@ void SubstituteSession::add(const Frame& frame, const Segmentation& segmentation
   if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (registered.readings == 0) return;
-  const std::vector<PanopticId>* ids = nullptr;
+  const std::vector<LabelSlot>* ids = nullptr;
   if (substitutes_.tracking) {
     ids = &assign_truth(registered, segmentation.segments, true_instance, frame.index);
   } else {
@@ -57,31 +57,31 @@ void SubstituteSession::add(const Frame& frame, const Segmentation& segmentation
   if (substitutes_.storage) votes_.add(frame, registered, *ids);
 }
 
-const std::vector<PanopticId>& SubstituteSession::assign_truth(const RegisteredFrame& registered,
-                                                               std::span<const Segment> segments,
-                                                               const Image<std::uint16_t>& true_instance, std::int64_t frame) {
+const std::vector<LabelSlot>& SubstituteSession::assign_truth(const RegisteredFrame& registered,
+                                                              std::span<const Segment> segments,
+                                                              const Image<std::uint16_t>& true_instance, std::int64_t frame) {
   const auto instances = majority_instances(registered, segments.size(), true_instance);
-  std::vector<PanopticId> id_of(segments.size(), PanopticId::kUnknown);
+  std::vector<LabelSlot> id_of(segments.size(), LabelSlot::kUnknown);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     if (labels_.is_stuff(segments[s].class_id)) {
       id_of[s] = LabelSet::of_class(segments[s].class_id);
     } else if (instances[s] != 0) {
       id_of[s] = object_of(instances[s]);
-      if (id_of[s] != PanopticId::kUnknown) objects_.observe(id_of[s], segments[s], frame);
+      if (id_of[s] != LabelSlot::kUnknown) objects_.observe(id_of[s], segments[s], frame);
     }
   }
-  assigned_.assign(registered.segment.size(), PanopticId::kNoVote);
+  assigned_.assign(registered.segment.size(), LabelSlot::kNoVote);
   for (std::size_t i = 0; i < registered.pixel_count(); ++i) {
     const std::uint16_t segment = registered.segment[i];
     if (segment == RegisteredFrame::kNoSegment) continue;
-    assigned_[i] = segment == 0 ? PanopticId::kUnknown : id_of[segment - 1U];
+    assigned_[i] = segment == 0 ? LabelSlot::kUnknown : id_of[segment - 1U];
   }
   return assigned_;
 }
 
-PanopticId SubstituteSession::object_of(std::uint16_t true_instance) {
-  const auto [entry, is_new] = object_of_instance_.try_emplace(true_instance, PanopticId::kUnknown);
-  if (is_new || objects_.find(entry->second) == nullptr) entry->second = objects_.create().value_or(PanopticId::kUnknown);
+LabelSlot SubstituteSession::object_of(std::uint16_t true_instance) {
+  const auto [entry, is_new] = object_of_instance_.try_emplace(true_instance, LabelSlot::kUnknown);
+  if (is_new || objects_.find(entry->second) == nullptr) entry->second = objects_.create().value_or(LabelSlot::kUnknown);
   return entry->second;
 }
 

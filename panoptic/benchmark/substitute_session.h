@@ -40,9 +40,9 @@ class SubstituteSession {
   const LabelSet& labels() const { return labels_; }
 
  private:
-  const std::vector<PanopticId>& assign_truth(const RegisteredFrame& registered, std::span<const Segment> segments,
-                                              const Image<std::uint16_t>& true_instance, std::int64_t frame);
-  PanopticId object_of(std::uint16_t true_instance);
+  const std::vector<LabelSlot>& assign_truth(const RegisteredFrame& registered, std::span<const Segment> segments,
+                                             const Image<std::uint16_t>& true_instance, std::int64_t frame);
+  LabelSlot object_of(std::uint16_t true_instance);
 
   LabelSet labels_;
   Substitutes substitutes_;
@@ -53,9 +53,9 @@ class SubstituteSession {
   Integrator integrator_;
   Mesher mesher_;
   VoteMap votes_;
-  std::vector<PanopticId> reference_;
-  std::vector<PanopticId> assigned_;
-  std::unordered_map<std::uint16_t, PanopticId> object_of_instance_;
+  std::vector<LabelSlot> reference_;
+  std::vector<LabelSlot> assigned_;
+  std::unordered_map<std::uint16_t, LabelSlot> object_of_instance_;
 };
 
 }  // namespace panoptic

@@ -10,7 +10,7 @@
 namespace panoptic {
 namespace {
 
-void count(std::vector<std::pair<PanopticId, std::uint32_t>>& votes, PanopticId id, std::uint32_t by) {
+void count(std::vector<std::pair<LabelSlot, std::uint32_t>>& votes, LabelSlot id, std::uint32_t by) {
   const auto entry = std::ranges::find(votes, id, [](const auto& vote) { return vote.first; });
   if (entry == votes.end()) {
     votes.emplace_back(id, by);
@@ -32,19 +32,19 @@ VoteMap::Cell VoteMap::cell_of(const Vec3d& world_point) const {
   return {coordinate(world_point.x()), coordinate(world_point.y()), coordinate(world_point.z())};
 }
 
-void VoteMap::add(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels) {
+void VoteMap::add(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels) {
   for (int v = 0; v < registered.height; ++v) {
     for (int u = 0; u < registered.width; ++u) {
       const std::size_t i = registered.index(v) + static_cast<std::size_t>(u);
       const float depth = registered.depth[i];
-      if (depth <= 0 || labels[i] == PanopticId::kNoVote) continue;
+      if (depth <= 0 || labels[i] == LabelSlot::kNoVote) continue;
       const Vec3d point = frame.world_from_camera * back_project(frame.depth_camera, u, v, static_cast<double>(depth));
       count(cells_[cell_of(point)], labels[i], 1);
     }
   }
 }
 
-std::optional<PanopticId> VoteMap::winner(const Vec3f& world_point) const {
+std::optional<LabelSlot> VoteMap::winner(const Vec3f& world_point) const {
   const Cell center = cell_of(world_point.cast<double>());
   Votes votes;
   if (const auto cell = cells_.find(center); cell != cells_.end()) votes = cell->second;

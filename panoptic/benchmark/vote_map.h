@@ -22,14 +22,14 @@ class VoteMap {
   explicit VoteMap(float voxel_size_m) : voxel_size_m_(voxel_size_m) {}
 
   // One vote per depth pixel, at the voxel that holds its point; `labels` as LabelTracker::assign returns them.
-  void add(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels);
+  void add(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels);
 
   // The label with the most votes (ties: the lower id) in the voxel of the point, else in its 26 neighbours together.
-  std::optional<PanopticId> winner(const Vec3f& world_point) const;
+  std::optional<LabelSlot> winner(const Vec3f& world_point) const;
 
  private:
   using Cell = std::array<std::int32_t, 3>;
-  using Votes = std::vector<std::pair<PanopticId, std::uint32_t>>;
+  using Votes = std::vector<std::pair<LabelSlot, std::uint32_t>>;
   struct Hash {
     std::size_t operator()(const Cell& cell) const;
   };

@@ -125,8 +125,8 @@ LabelSet load_label_set(const std::string& name_or_path) {
   }
 }
 
-Rgb color_of(PanopticId id, const LabelSet& labels) {
-  if (id == PanopticId::kUnknown) return {70, 70, 70};
+Rgb color_of(LabelSlot id, const LabelSet& labels) {
+  if (id == LabelSlot::kUnknown) return {70, 70, 70};
   if (!labels.is_object(id)) {
     const LabelClass* stuff = labels.find(static_cast<ClassId>(number(id)));
     return stuff != nullptr ? stuff->color : Rgb{70, 70, 70};

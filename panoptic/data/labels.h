@@ -19,14 +19,14 @@ namespace panoptic {
 // What something is: chair, wall. Numbers come from the label set; 0 is unknown.
 enum class ClassId : std::uint16_t { kUnknown = 0 };
 
-// Which one in the whole map: what was not told apart uses its class number, things count up from LabelSet::first_thing(); 0 is
-// unknown. kNoVote is never an id: in a label image it marks pixels that say nothing about the map (no depth, hidden from the
-// colour camera, or a frame without a prediction), whereas kUnknown is a label like any other and votes.
-enum class PanopticId : std::uint16_t { kUnknown = 0, kNoVote = 65535 };
-inline constexpr std::size_t kPanopticIds = 65536;  // the length of a table that is indexed by them
+// The label that a voxel holds: what was not told apart uses its class number, things have slots from LabelSet::first_thing() on;
+// 0 is unknown. kNoVote is never a label: in a label image it marks pixels that say nothing about the map (no depth, hidden from
+// the colour camera, or a frame without a prediction), whereas kUnknown is a label like any other and votes.
+enum class LabelSlot : std::uint16_t { kUnknown = 0, kNoVote = 65535 };
+inline constexpr std::size_t kLabelSlots = 65536;  // the length of a table that is indexed by them
 
 constexpr std::uint16_t number(ClassId id) { return static_cast<std::uint16_t>(id); }
-constexpr std::uint16_t number(PanopticId id) { return static_cast<std::uint16_t>(id); }
+constexpr std::uint16_t number(LabelSlot id) { return static_cast<std::uint16_t>(id); }
 
 struct LabelClass {
   ClassId id = ClassId::kUnknown;
@@ -58,9 +58,9 @@ class LabelSet {
 
   // The lowest panoptic id of an object: one above the highest class id.
   std::uint16_t first_thing() const { return first_thing_; }
-  bool is_object(PanopticId id) const { return number(id) >= first_thing_; }
+  bool is_object(LabelSlot id) const { return number(id) >= first_thing_; }
   // The id of all that is of a class and was not told apart: stuff, and things without an instance. Such ids are class numbers.
-  static PanopticId of_class(ClassId id) { return static_cast<PanopticId>(number(id)); }
+  static LabelSlot of_class(ClassId id) { return static_cast<LabelSlot>(number(id)); }
 
  private:
   std::string name_;
@@ -73,6 +73,6 @@ class LabelSet {
 LabelSet load_label_set(const std::string& name_or_path);
 
 // A colour for an object id: far apart for neighbouring ids, the same in every run.
-Rgb color_of(PanopticId id, const LabelSet& labels);
+Rgb color_of(LabelSlot id, const LabelSet& labels);
 
 }  // namespace panoptic

@@ -69,8 +69,8 @@ double read_voxel_size_m(const Json& report, const std::string& where) {
 
 }  // namespace
 
-std::map<PanopticId, double> object_confidences(const Json& objects, const std::string& source) {
-  std::map<PanopticId, double> confidences;
+std::map<LabelSlot, double> object_confidences(const Json& objects, const std::string& source) {
+  std::map<LabelSlot, double> confidences;
   for (const Json& object : list(objects, "objects", source)) {
     const Json& probabilities = member(object, "probabilities", source);
     const std::string class_name = text(object, "class", source);
@@ -80,7 +80,7 @@ std::map<PanopticId, double> object_confidences(const Json& objects, const std::
     if (!(probability >= 0 && probability <= 1) || !(observations >= 0)) {
       throw Error(fmt::format("{}: an object with probability {} and {} observations", source, probability, observations));
     }
-    confidences[PanopticId{id(object, "id", source)}] = object_confidence(probability, observations);
+    confidences[LabelSlot{id(object, "id", source)}] = object_confidence(probability, observations);
   }
   return confidences;
 }

@@ -55,7 +55,7 @@ struct RowScratch {
   float* __restrict label_weight = block.label_weight.data() + first;
   for (int k = 0; k < kRow; ++k) label[k] = plane[k];
   for (int k = 0; k < kRow; ++k) {
-    const bool use = (s.weight[k] > 0) & (s.label[k] != number(PanopticId::kNoVote));
+    const bool use = (s.weight[k] > 0) & (s.label[k] != number(LabelSlot::kNoVote));
     const VoxelLabel old{static_cast<std::uint16_t>(label[k]), label_weight[k]};
     const auto observed = static_cast<std::uint16_t>(s.label[k]);
     const VoxelLabel fused = fused_label(old, observed, s.weight[k] * votes.of(observed));

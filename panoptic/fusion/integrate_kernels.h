@@ -24,7 +24,7 @@ struct LabelVotes {
 struct KernelFrame {
   const float* depth = nullptr;
   const std::uint32_t* color = nullptr;
-  const PanopticId* label = nullptr;
+  const LabelSlot* label = nullptr;
   int width = 0;
   int height = 0;
   float fx = 1, fy = 1, cx = 0, cy = 0;
@@ -81,7 +81,7 @@ struct VoxelUpdate {
   float distance;
   float weight;
   std::uint32_t color;
-  PanopticId label;
+  LabelSlot label;
 };
 
 inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& update, const LabelVotes& votes) {
@@ -97,7 +97,7 @@ inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& 
     fuse(block.green[voxel], color >> 8);
     fuse(block.blue[voxel], color);
   }
-  if (label != PanopticId::kNoVote) {
+  if (label != LabelSlot::kNoVote) {
     const VoxelLabel fused =
         fused_label({block.label[voxel], block.label_weight[voxel]}, number(label), weight * votes.of(number(label)));
     block.label[voxel] = fused.label;

@@ -20,7 +20,7 @@ Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map, st
       voxel_size_m_(map.voxel_size_m()),
       votes_{options.object_vote, first_object} {}
 
-FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels) const {
+FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels) const {
   const Camera& c = frame.depth_camera;
   return {{registered.depth.data(), registered.color.data(), labels.data(), registered.width, registered.height,
            static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy), votes_},
@@ -30,7 +30,7 @@ FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registe
           registered.farthest_m};
 }
 
-void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels,
+void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels,
                            VoxelMap& map) {
   const FrameView view = view_of(frame, registered, labels);
   map.begin_epoch();
@@ -38,7 +38,7 @@ void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered
   update(view, allocate(map), map);
 }
 
-void Integrator::integrate_labels(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels,
+void Integrator::integrate_labels(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels,
                                   VoxelMap& map) {
   FrameView view = view_of(frame, registered, labels);
   view.pixels.labels_only = true;

@@ -39,18 +39,18 @@ class Integrator {
 
   // `labels` as LabelTracker::assign returns them. Starts a new epoch and marks the blocks it updates. Depth points beyond the
   // range of block indices (400 km at 2.4 cm) are left out.
-  void integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels, VoxelMap& map);
+  void integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels, VoxelMap& map);
 
   // The labels of a frame whose depth and colour were integrated before, with labels that said nothing: the two calls leave the
   // same map, bit for bit, as one call with everything. Changes label and label weight alone (Eq. 9-11). Without that earlier
   // call, labels would have no weight of distance to stand on; blocks that do not exist are left out.
-  void integrate_labels(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels, VoxelMap& map);
+  void integrate_labels(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels, VoxelMap& map);
 
  private:
   // Rows of pixels are worked in this many chunks: fixed, so that nothing depends on the thread count.
   static constexpr std::size_t kChunks = 32;
 
-  FrameView view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const PanopticId> labels) const;
+  FrameView view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels) const;
   void touch(const FrameView& view, const VoxelMap& map);
   void touch_rays(const FrameView& view, const VoxelMap& map);
   std::vector<Slot> mark_touched(VoxelMap& map, std::vector<std::uint64_t>* absent) const;

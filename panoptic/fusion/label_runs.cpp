@@ -19,16 +19,16 @@ struct RunFlags {
   alignas(64) std::array<std::uint8_t, kFlags> begins{};  // 1 where a pixel differs from the one before
 };
 
-void flag_changes(const std::uint16_t* segment, const PanopticId* reference, std::size_t count, RunFlags& flags);
+void flag_changes(const std::uint16_t* segment, const LabelSlot* reference, std::size_t count, RunFlags& flags);
 
 // Looks at one pixel before the first, too.
 PANOPTIC_CLONES
-void flag_changes(const std::uint16_t* segment, const PanopticId* reference, std::size_t count, RunFlags& flags) {
+void flag_changes(const std::uint16_t* segment, const LabelSlot* reference, std::size_t count, RunFlags& flags) {
   const std::uint16_t* __restrict s = segment;
-  const PanopticId* __restrict r = reference;
+  const LabelSlot* __restrict r = reference;
   std::uint8_t* __restrict begins = flags.begins.data();
   const std::uint16_t* s_before = s - 1;
-  const PanopticId* r_before = r - 1;
+  const LabelSlot* r_before = r - 1;
   for (std::size_t k = 0; k < count; ++k) {
     const bool differs = (s[k] != s_before[k]) | (number(r[k]) != number(r_before[k]));
     begins[k] = differs ? 1 : 0;
@@ -37,7 +37,7 @@ void flag_changes(const std::uint16_t* segment, const PanopticId* reference, std
 
 }  // namespace kernels
 
-void find_runs(std::span<const std::uint16_t> segment, std::span<const PanopticId> reference, PixelRange pixels,
+void find_runs(std::span<const std::uint16_t> segment, std::span<const LabelSlot> reference, PixelRange pixels,
                std::vector<LabelRun>& runs) {
   runs.clear();
   const auto add = [&](std::size_t pixel) {
@@ -55,7 +55,7 @@ void find_runs(std::span<const std::uint16_t> segment, std::span<const PanopticI
       for (; eight != 0; eight &= eight - 1) add(first + k + static_cast<std::size_t>(std::countr_zero(eight)) / 8);
     }
   }
-  runs.push_back({pixels.end, 0, PanopticId::kUnknown});
+  runs.push_back({pixels.end, 0, LabelSlot::kUnknown});
 }
 
 }  // namespace panoptic

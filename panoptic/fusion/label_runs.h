@@ -16,7 +16,7 @@ namespace panoptic {
 struct LabelRun {
   std::uint32_t begin = 0;
   std::uint16_t segment = 0;  // as RegisteredFrame::segment
-  PanopticId reference = PanopticId::kUnknown;
+  LabelSlot reference = LabelSlot::kUnknown;
 };
 
 // Fills `runs` with those of the pixels [begin, end), in order, and one more that begins at `end` and says nothing. REQUIRES
@@ -25,7 +25,7 @@ struct PixelRange {
   std::uint32_t begin = 0;
   std::uint32_t end = 0;
 };
-void find_runs(std::span<const std::uint16_t> segment, std::span<const PanopticId> reference, PixelRange pixels,
+void find_runs(std::span<const std::uint16_t> segment, std::span<const LabelSlot> reference, PixelRange pixels,
                std::vector<LabelRun>& runs);
 
 }  // namespace panoptic

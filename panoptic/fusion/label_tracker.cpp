@@ -28,7 +28,7 @@ Fields fields(TrackerOptions& o) {
 LabelTracker::LabelTracker(const TrackerOptions& options, LabelSet labels)
     : options_(options), labels_(std::move(labels)), column_of_id_(kIds, kNoColumn) {}
 
-void LabelTracker::find_bands(const RegisteredFrame& registered, std::span<const PanopticId> reference) {
+void LabelTracker::find_bands(const RegisteredFrame& registered, std::span<const LabelSlot> reference) {
   const std::size_t pixels = reference.size();
   parallel_for(kBands, [&](std::size_t band) {
     const PixelRange range{static_cast<std::uint32_t>(pixels * band / kBands),
@@ -37,7 +37,7 @@ void LabelTracker::find_bands(const RegisteredFrame& registered, std::span<const
   });
 }
 
-std::size_t LabelTracker::column_of(PanopticId object, std::size_t segment_count) {
+std::size_t LabelTracker::column_of(LabelSlot object, std::size_t segment_count) {
   std::uint16_t& column = column_of_id_[number(object)];
   if (column == kNoColumn) {
     column = static_cast<std::uint16_t>(column_id_.size());
@@ -49,7 +49,7 @@ std::size_t LabelTracker::column_of(PanopticId object, std::size_t segment_count
 }
 
 void LabelTracker::count_overlaps(std::size_t segment_count) {
-  for (const PanopticId id : column_id_) column_of_id_[number(id)] = kNoColumn;
+  for (const LabelSlot id : column_id_) column_of_id_[number(id)] = kNoColumn;
   column_id_.clear();
   reference_area_.clear();
   overlap_.clear();
@@ -70,15 +70,15 @@ void LabelTracker::count_overlaps(std::size_t segment_count) {
 }
 
 // Eq. 4: the free object with the highest IoU above the threshold; ties go to the lower id.
-PanopticId LabelTracker::best_match(std::size_t segment) const {
-  PanopticId best = PanopticId::kUnknown;
+LabelSlot LabelTracker::best_match(std::size_t segment) const {
+  LabelSlot best = LabelSlot::kUnknown;
   double best_iou = options_.iou_threshold;
   for (std::size_t c = 0; c < column_id_.size(); ++c) {
     const double shared = overlap_[c * segment_area_.size() + segment];
     if (column_taken_[c] || shared == 0) continue;
     const double both = static_cast<double>(segment_area_[segment]) + reference_area_[c] - shared;
     const double iou = shared / both;
-    const bool tie_for_lower_id = iou == best_iou && best != PanopticId::kUnknown && column_id_[c] < best;
+    const bool tie_for_lower_id = iou == best_iou && best != LabelSlot::kUnknown && column_id_[c] < best;
     if (iou > best_iou || tie_for_lower_id) {
       best = column_id_[c];
       best_iou = iou;
@@ -87,31 +87,31 @@ PanopticId LabelTracker::best_match(std::size_t segment) const {
   return best;
 }
 
-const std::vector<PanopticId>& LabelTracker::assign(const RegisteredFrame& registered, std::span<const Segment> segments,
-                                                    std::span<const PanopticId> reference, std::int64_t frame,
-                                                    ObjectRegistry& objects) {
+const std::vector<LabelSlot>& LabelTracker::assign(const RegisteredFrame& registered, std::span<const Segment> segments,
+                                                   std::span<const LabelSlot> reference, std::int64_t frame,
+                                                   ObjectRegistry& objects) {
   find_bands(registered, reference);
   count_overlaps(segments.size());
   std::vector<std::size_t> order(segments.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return segment_area_[a] > segment_area_[b]; });
 
-  id_of_value_.assign(segments.size() + 1, PanopticId::kUnknown);
+  id_of_value_.assign(segments.size() + 1, LabelSlot::kUnknown);
   for (const std::size_t s : order) {
     const Segment& segment = segments[s];
-    PanopticId& id = id_of_value_[s + 1];
+    LabelSlot& id = id_of_value_[s + 1];
     if (labels_.is_stuff(segment.class_id) || segment.is_whole_class) id = LabelSet::of_class(segment.class_id);
     if (!labels_.is_thing(segment.class_id) || segment.is_whole_class || segment_area_[s] == 0) continue;
     id = best_match(s);
-    if (id != PanopticId::kUnknown) {
+    if (id != LabelSlot::kUnknown) {
       column_taken_[column_of_id_[number(id)]] = true;
     } else {
-      id = objects.create(frame).value_or(PanopticId::kNoVote);
+      id = objects.create(frame).value_or(LabelSlot::kNoVote);
     }
-    if (id != PanopticId::kNoVote) objects.observe(id, segment, frame);
+    if (id != LabelSlot::kNoVote) objects.observe(id, segment, frame);
   }
   result_.resize(registered.segment.size());
-  std::fill(result_.begin() + static_cast<std::ptrdiff_t>(reference.size()), result_.end(), PanopticId::kNoVote);
+  std::fill(result_.begin() + static_cast<std::ptrdiff_t>(reference.size()), result_.end(), LabelSlot::kNoVote);
   label_pixels(segments, objects);
   return result_;
 }
@@ -133,7 +133,7 @@ void LabelTracker::label_pixels(std::span<const Segment> segments, const ObjectR
     for (std::size_t v = 0; v <= segments.size(); ++v) confirms[v * columns + c] = says_less(v, known, segments) ? 1 : 0;
   }
   const auto label_of = [&](const LabelRun& run) {
-    if (run.segment == RegisteredFrame::kNoSegment) return PanopticId::kNoVote;
+    if (run.segment == RegisteredFrame::kNoSegment) return LabelSlot::kNoVote;
     const std::size_t column = column_of_id_[number(run.reference)];
     if (column != kNoColumn && confirms[run.segment * columns + column] != 0) return run.reference;
     return id_of_value_[run.segment];

@@ -35,34 +35,34 @@ class LabelTracker {
   // Returns the label per depth pixel plus the extra pixel of RegisteredFrame; kNoVote where the frame says nothing.
   // Good until the next call, as are the two below. Not thread-safe; bands of pixels run in parallel, and the result is the
   // same at any number of threads.
-  const std::vector<PanopticId>& assign(const RegisteredFrame& registered, std::span<const Segment> segments,
-                                        std::span<const PanopticId> reference, std::int64_t frame, ObjectRegistry& objects);
+  const std::vector<LabelSlot>& assign(const RegisteredFrame& registered, std::span<const Segment> segments,
+                                       std::span<const LabelSlot> reference, std::int64_t frame, ObjectRegistry& objects);
 
   // Per segment of that call: its id, and its pixels with a depth reading.
-  std::span<const PanopticId> segment_ids() const { return std::span(id_of_value_).subspan(1); }
+  std::span<const LabelSlot> segment_ids() const { return std::span(id_of_value_).subspan(1); }
   std::span<const std::uint32_t> segment_areas_px() const { return segment_area_; }
 
  private:
   // Pixels are worked in this many bands: fixed, so that nothing depends on the thread count.
   static constexpr std::size_t kBands = 16;
 
-  void find_bands(const RegisteredFrame& registered, std::span<const PanopticId> reference);
+  void find_bands(const RegisteredFrame& registered, std::span<const LabelSlot> reference);
   void count_overlaps(std::size_t segment_count);
-  std::size_t column_of(PanopticId object, std::size_t segment_count);
-  PanopticId best_match(std::size_t segment) const;
+  std::size_t column_of(LabelSlot object, std::size_t segment_count);
+  LabelSlot best_match(std::size_t segment) const;
   bool says_less(std::size_t value, ClassId known, std::span<const Segment> segments) const;
   void label_pixels(std::span<const Segment> segments, const ObjectRegistry& objects);
 
   TrackerOptions options_;
   LabelSet labels_;
-  std::vector<PanopticId> result_;
-  std::vector<PanopticId> id_of_value_ = {PanopticId::kUnknown};  // by value of RegisteredFrame::segment
+  std::vector<LabelSlot> result_;
+  std::vector<LabelSlot> id_of_value_ = {LabelSlot::kUnknown};  // by value of RegisteredFrame::segment
   std::array<std::vector<LabelRun>, kBands> runs_;
   // Co-occurrence of segments and objects seen in the reference (columns, in order of first appearance), column by column.
   std::vector<std::uint32_t> overlap_;
   std::vector<std::uint32_t> segment_area_;
   std::vector<std::uint32_t> reference_area_;
-  std::vector<PanopticId> column_id_;
+  std::vector<LabelSlot> column_id_;
   std::vector<bool> column_taken_;
   std::vector<std::uint16_t> column_of_id_;
 };

@@ -114,7 +114,7 @@ class ChunkBuilder {
     v.color = {mixed_channel(a.red[i], b.red[j], along), mixed_channel(a.green[i], b.green[j], along),
                mixed_channel(a.blue[i], b.blue[j], along)};
     const bool lower_is_nearer = along < 0.5F;
-    v.panoptic_id = static_cast<PanopticId>(lower_is_nearer ? a.label[i] : b.label[j]);
+    v.panoptic_id = static_cast<LabelSlot>(lower_is_nearer ? a.label[i] : b.label[j]);
     v.confidence = lower_is_nearer ? confidence(a.label_weight[i], a.weight[i]) : confidence(b.label_weight[j], b.weight[j]);
     v.corner_x = static_cast<std::uint8_t>(lower[0]);
     v.corner_y = static_cast<std::uint8_t>(lower[1]);

@@ -44,7 +44,7 @@ EdgeKey edge_key(BlockIndex block, const ChunkVertex& v) {
   return {pack(block), voxel * 3 + v.axis};
 }
 
-ClassId class_of(PanopticId id, const ObjectRegistry& objects, const LabelSet& labels) {
+ClassId class_of(LabelSlot id, const ObjectRegistry& objects, const LabelSet& labels) {
   return labels.is_object(id) ? objects.class_of(id) : static_cast<ClassId>(number(id));
 }
 

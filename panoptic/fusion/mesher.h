@@ -27,7 +27,7 @@ struct ChunkVertex {
   Vec3f position;     // world, metres
   Vec3f area_normal;  // sum of the normals of the chunk's triangles around it, weighted by area
   Rgb color;
-  PanopticId panoptic_id;  // of the voxel that is nearer
+  LabelSlot panoptic_id;  // of the voxel that is nearer
   std::uint8_t corner_x, corner_y, corner_z, axis;
   std::uint8_t confidence;  // in the label: weight of the label / weight of the distance of that voxel, x 255, at most 255
 };

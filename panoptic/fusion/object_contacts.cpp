@@ -18,7 +18,7 @@ struct Box {
 };
 
 struct ObjectVoxels {
-  PanopticId id = PanopticId::kUnknown;
+  LabelSlot id = LabelSlot::kUnknown;
   std::span<const std::uint32_t> voxels;
   Box box;
 };
@@ -109,11 +109,11 @@ std::vector<Contact> contacts_of(const ObjectVoxels& larger, std::span<const Obj
 
 }  // namespace
 
-std::vector<Contact> contacts_between(std::span<const PanopticId> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
+std::vector<Contact> contacts_between(std::span<const LabelSlot> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
                                       int reach, double min_share) {
   if (ids.size() < 2) return {};
   std::vector<ObjectVoxels> objects;
-  for (const PanopticId id : ids) objects.push_back({id, voxels.at(id), box_of(voxels.at(id), surface)});
+  for (const LabelSlot id : ids) objects.push_back({id, voxels.at(id), box_of(voxels.at(id), surface)});
   const Ball ball(reach);
   std::vector<std::vector<Contact>> by_object(objects.size());
   parallel_for(objects.size(), [&](std::size_t o) { by_object[o] = contacts_of(objects[o], objects, surface, ball, min_share); });

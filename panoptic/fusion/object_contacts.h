@@ -12,14 +12,14 @@
 namespace panoptic {
 
 struct Contact {
-  PanopticId smaller = PanopticId::kUnknown;
-  PanopticId larger = PanopticId::kUnknown;
+  LabelSlot smaller = LabelSlot::kUnknown;
+  LabelSlot larger = LabelSlot::kUnknown;
   double share = 0;  // of the smaller one's surface voxels that are near the larger one
 };
 
 // All contacts of a share above `min_share` between the objects of `ids` (keys of `voxels`), the highest share first, then
 // the lowest ids. Near: at most `reach` voxels (below 16) apart.
-std::vector<Contact> contacts_between(std::span<const PanopticId> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
+std::vector<Contact> contacts_between(std::span<const LabelSlot> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
                                       int reach, double min_share = 0);
 
 }  // namespace panoptic

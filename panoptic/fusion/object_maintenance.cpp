@@ -39,7 +39,7 @@ double length_m(const SurfaceVoxels& surface, const std::vector<std::uint32_t>& 
   return std::sqrt(kOfEvenSpread * std::max(0.0, variance));
 }
 
-PanopticId most_frequent(const std::map<PanopticId, std::size_t>& counts) {
+LabelSlot most_frequent(const std::map<LabelSlot, std::size_t>& counts) {
   return std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
 }
 
@@ -71,7 +71,7 @@ Fields fields(MaintenanceOptions& o) {
 ObjectMaintenance::ObjectMaintenance(const MaintenanceOptions& options, LabelSet labels)
     : options_(options), labels_(std::move(labels)) {}
 
-void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
+void ObjectMaintenance::saw_together(std::span<const LabelSlot> objects) {
   if (!options_.enabled) return;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) ++together_[std::minmax(objects[i], objects[j])];
@@ -79,7 +79,7 @@ void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
 }
 
 VoxelsByLabel ObjectMaintenance::objects_of(const Pass& pass) {
-  return pass.surface.by_label([&](PanopticId id) { return pass.objects.find(id) != nullptr; });
+  return pass.surface.by_label([&](LabelSlot id) { return pass.objects.find(id) != nullptr; });
 }
 
 ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
@@ -120,7 +120,7 @@ void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoF
   pass.surface.write_labels(map);
 }
 
-bool ObjectMaintenance::are_apart(const ObjectRegistry& objects, PanopticId a, PanopticId b) const {
+bool ObjectMaintenance::are_apart(const ObjectRegistry& objects, LabelSlot a, LabelSlot b) const {
   const auto found = together_.find(std::minmax(a, b));
   if (found == together_.end()) return false;
   const std::uint64_t seen = std::min(objects.find(a)->observations, objects.find(b)->observations);
@@ -129,15 +129,15 @@ bool ObjectMaintenance::are_apart(const ObjectRegistry& objects, PanopticId a, P
 
 // Every object takes part in one merge at most; the next time comes soon.
 bool ObjectMaintenance::merge(Pass& pass) {
-  std::map<ClassId, std::vector<PanopticId>> by_class;
-  const VoxelsByLabel voxels = pass.surface.by_label([&](PanopticId id) {
+  std::map<ClassId, std::vector<LabelSlot>> by_class;
+  const VoxelsByLabel voxels = pass.surface.by_label([&](LabelSlot id) {
     const ClassId class_id = labels_.is_object(id) ? pass.objects.class_of(id) : ClassId::kUnknown;
     if (class_id != ClassId::kUnknown) by_class[class_id].push_back(id);
     return class_id != ClassId::kUnknown;
   });
   const int reach = std::max(1, static_cast<int>(std::lround(options_.merge_distance_m / pass.map.voxel_size_m())));
   Renaming renaming;
-  std::set<PanopticId> taken;
+  std::set<LabelSlot> taken;
   for (const auto& [class_id, ids] : by_class) {
     for (const Contact& contact : contacts_between(ids, voxels, pass.surface, reach, options_.merge_share)) {
       if (taken.contains(contact.smaller) || taken.contains(contact.larger)) continue;
@@ -148,7 +148,7 @@ bool ObjectMaintenance::merge(Pass& pass) {
     }
   }
   if (taken.empty()) return false;
-  std::map<std::pair<PanopticId, PanopticId>, std::uint32_t> together;
+  std::map<std::pair<LabelSlot, LabelSlot>, std::uint32_t> together;
   for (const auto& [pair, count] : together_) {
     const auto renamed = std::pair(renaming.of(pair.first), renaming.of(pair.second));
     if (renamed.first != renamed.second) together[std::minmax(renamed.first, renamed.second)] += count;
@@ -160,9 +160,9 @@ bool ObjectMaintenance::merge(Pass& pass) {
 
 void ObjectMaintenance::carve_supports(Pass& pass) const {
   // By label: is it of something that may be a part of what stands on a table? Objects made here are.
-  std::vector<bool> unnamed(kPanopticIds, true);
+  std::vector<bool> unnamed(kLabelSlots, true);
   for (std::size_t id = 1; id < labels_.first_thing(); ++id) unnamed[id] = false;
-  const VoxelsByLabel supports = pass.surface.by_label([&](PanopticId label) {
+  const VoxelsByLabel supports = pass.surface.by_label([&](LabelSlot label) {
     const ClassId class_id = labels_.is_object(label) ? pass.objects.class_of(label) : static_cast<ClassId>(number(label));
     if (class_id != ClassId::kUnknown) unnamed[number(label)] = false;
     return labels_.is_support(class_id);
@@ -177,7 +177,7 @@ void ObjectMaintenance::carve_supports(Pass& pass) const {
   }
 }
 
-std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const SupportTop& top, PanopticId support,
+std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const SupportTop& top, LabelSlot support,
                                                         const std::vector<bool>& unnamed) const {
   const double voxel_m = pass.map.voxel_size_m();
   std::vector<std::uint32_t> things;
@@ -187,7 +187,7 @@ std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const 
     if (first == end || !may_stand_on(top, corner, voxel_m, options_.carve_height_m)) continue;
     const bool over = may_be_over(top, corner, voxel_m);
     for (std::uint32_t i = first; i < end; ++i) {
-      const PanopticId label = pass.surface.label(i);
+      const LabelSlot label = pass.surface.label(i);
       if (label != support && (!over || !unnamed[number(label)])) continue;
       const Vec3d p = place_m(pass.surface[i], voxel_m);
       if (stands_on(top, p, options_.carve_height_m, label != support)) things.push_back(i);
@@ -197,13 +197,13 @@ std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const 
 }
 
 // The piece joins the unnamed object that it holds most of, or becomes one.
-void ObjectMaintenance::carve(Pass& pass, const std::vector<std::uint32_t>& piece, PanopticId support) const {
-  std::map<PanopticId, std::size_t> owners;
+void ObjectMaintenance::carve(Pass& pass, const std::vector<std::uint32_t>& piece, LabelSlot support) const {
+  std::map<LabelSlot, std::size_t> owners;
   for (const std::uint32_t i : piece) {
-    const PanopticId label = pass.surface[i].label;
+    const LabelSlot label = pass.surface[i].label;
     if (labels_.is_object(label) && label != support) ++owners[label];
   }
-  PanopticId id = support;
+  LabelSlot id = support;
   if (!owners.empty()) {
     id = most_frequent(owners);
   } else if (piece.size() >= voxels_of(kSmallestPiece_m2, pass.map)) {
@@ -254,8 +254,8 @@ void ObjectMaintenance::level_floor(Pass& pass) const {
   constexpr double kLevel = 0.85;  // cosine of the slope
   const LabelClass* floor = labels_.find("floor");
   if (floor == nullptr) return;
-  const PanopticId id = LabelSet::of_class(floor->id);
-  const VoxelsByLabel own = pass.surface.by_label([&](PanopticId label) { return label == id; });
+  const LabelSlot id = LabelSet::of_class(floor->id);
+  const VoxelsByLabel own = pass.surface.by_label([&](LabelSlot label) { return label == id; });
   const auto plane = own.empty() ? std::nullopt : fit_top(pass.map, pass.surface, own.at(id), pass.up);
   if (!plane) return;
   for (std::uint32_t i = 0; i < pass.surface.size(); ++i) {
@@ -276,13 +276,13 @@ void ObjectMaintenance::drop_faint(Pass& pass) const {
   std::vector<std::uint32_t> dropped;
   const VoxelsByLabel at_surface = objects_of(pass);
   const std::vector<bool> in_use = ids_in_use(pass.map);
-  for (std::size_t n = labels_.first_thing(); n < kPanopticIds; ++n) {  // what is left of them behind the surface
-    const auto id = static_cast<PanopticId>(n);
-    if (in_use[n] && pass.objects.find(id) != nullptr && !at_surface.contains(id)) renaming.add(id, PanopticId::kUnknown);
+  for (std::size_t n = labels_.first_thing(); n < kLabelSlots; ++n) {  // what is left of them behind the surface
+    const auto id = static_cast<LabelSlot>(n);
+    if (in_use[n] && pass.objects.find(id) != nullptr && !at_surface.contains(id)) renaming.add(id, LabelSlot::kUnknown);
   }
   for (const auto& [id, voxels] : at_surface) {
     if (!is_faint(pass, *pass.objects.find(id), voxels.size())) continue;
-    renaming.add(id, PanopticId::kUnknown);
+    renaming.add(id, LabelSlot::kUnknown);
     dropped.insert(dropped.end(), voxels.begin(), voxels.end());
   }
   renaming.apply(pass.map, pass.surface);
@@ -290,11 +290,11 @@ void ObjectMaintenance::drop_faint(Pass& pass) const {
 }
 
 void ObjectMaintenance::name_unknown_regions(Pass& pass) const {
-  const VoxelsByLabel unknown = pass.surface.by_label([](PanopticId label) { return label == PanopticId::kUnknown; });
+  const VoxelsByLabel unknown = pass.surface.by_label([](LabelSlot label) { return label == LabelSlot::kUnknown; });
   if (unknown.empty()) return;
-  for (const auto& region : pass.surface.components(unknown.at(PanopticId::kUnknown), 1)) {
+  for (const auto& region : pass.surface.components(unknown.at(LabelSlot::kUnknown), 1)) {
     if (region.size() < voxels_of(options_.min_region_m2, pass.map)) continue;
-    const PanopticId id = pass.objects.create(pass.frame).value_or(PanopticId::kUnknown);
+    const LabelSlot id = pass.objects.create(pass.frame).value_or(LabelSlot::kUnknown);
     for (const std::uint32_t i : region) pass.surface.relabel(i, id);
   }
 }

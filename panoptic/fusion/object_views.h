@@ -16,7 +16,7 @@ namespace panoptic {
 // depth reading.
 struct TrackedSegments {
   std::int64_t frame = 0;
-  std::span<const PanopticId> id;
+  std::span<const LabelSlot> id;
   std::span<const std::uint32_t> visible_px;
 };
 

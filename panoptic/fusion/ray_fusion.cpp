@@ -143,7 +143,7 @@ void fuse_batch(const RayBatch& batch, const RayWords& words, RayVoxels& voxels)
     voxel.distance = fused_distance(voxel.distance, old_weight, batch.distance[k], weight);
     voxel.weight = old_weight + weight;
     if (word.color != 0) voxel.color = fused_colors(voxel.color, word.target, weight / (old_weight + weight));
-    if (word.label != number(PanopticId::kNoVote)) {
+    if (word.label != number(LabelSlot::kNoVote)) {
       const VoxelLabel old{static_cast<std::uint16_t>(voxel.label), voxel.label_weight};
       const VoxelLabel fused = fused_label(old, static_cast<std::uint16_t>(word.label), weight * word.votes);
       voxel.label = fused.label;

@@ -67,18 +67,18 @@ struct PixelGrid {
   std::vector<float> x;  // of each column, at depth 1
 };
 
-void look_up_piece(const kernels::VoxelPiece& piece, int count, CachedLookup& lookup, PanopticId* labels) {
+void look_up_piece(const kernels::VoxelPiece& piece, int count, CachedLookup& lookup, LabelSlot* labels) {
   const VoxelBlock* block = nullptr;
   for (int k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(k);
     if (piece.changed[i] != 0) block = lookup.find({piece.x[i], piece.y[i], piece.z[i]});
     const bool known = (piece.offset[i] >= 0) & (block != nullptr);
-    labels[k] = known ? static_cast<PanopticId>(block->label[static_cast<std::size_t>(piece.offset[i])]) : PanopticId::kUnknown;
+    labels[k] = known ? static_cast<LabelSlot>(block->label[static_cast<std::size_t>(piece.offset[i])]) : LabelSlot::kUnknown;
   }
 }
 
 void look_up_row(const PixelGrid& grid, std::size_t first, const kernels::RowToVoxels& to_voxels, CachedLookup& lookup,
-                 PanopticId* labels) {
+                 LabelSlot* labels) {
   kernels::VoxelPiece piece;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled as far as it is read
   const int width = grid.registered.width;
   for (int begin = 0; begin < width; begin += kernels::kPiece) {
@@ -92,7 +92,7 @@ void look_up_row(const PixelGrid& grid, std::size_t first, const kernels::RowToV
 }  // namespace
 
 void reference_labels(const VoxelMap& map, const Frame& frame, const RegisteredFrame& registered,
-                      std::vector<PanopticId>& labels) {
+                      std::vector<LabelSlot>& labels) {
   labels.resize(registered.pixel_count());
   const Camera& camera = frame.depth_camera;
   const double per_metre = 1.0 / map.voxel_size_m();

@@ -15,7 +15,6 @@ namespace panoptic {
 
 // Eq. 2: the label of the voxel at the back-projected depth point, per depth pixel (row-major). kUnknown where there is no
 // depth, no voxel, or no label yet. Fills `labels`, keeping its memory. Rows run in parallel; the map is only read.
-void reference_labels(const VoxelMap& map, const Frame& frame, const RegisteredFrame& registered,
-                      std::vector<PanopticId>& labels);
+void reference_labels(const VoxelMap& map, const Frame& frame, const RegisteredFrame& registered, std::vector<LabelSlot>& labels);
 
 }  // namespace panoptic

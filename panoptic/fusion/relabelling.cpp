@@ -13,14 +13,14 @@
 namespace panoptic {
 namespace {
 
-using Counts = std::vector<std::pair<PanopticId, int>>;
+using Counts = std::vector<std::pair<LabelSlot, int>>;
 
 // The most frequent label around a hole, other holes left out; kNoVote where there is nothing. `counts` is for reuse.
-PanopticId label_around(std::uint32_t hole, const SurfaceVoxels& surface, const std::vector<bool>& open, Counts& counts) {
+LabelSlot label_around(std::uint32_t hole, const SurfaceVoxels& surface, const std::vector<bool>& open, Counts& counts) {
   counts.clear();
   surface.visit_near(hole, 1, [&](std::uint32_t neighbour) {
     if (open[neighbour]) return;
-    const PanopticId label = surface.label(neighbour);
+    const LabelSlot label = surface.label(neighbour);
     const auto known = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == label; });
     if (known == counts.end()) {
       counts.emplace_back(label, 1);
@@ -31,12 +31,12 @@ PanopticId label_around(std::uint32_t hole, const SurfaceVoxels& surface, const 
   const auto best = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
     return std::pair(a.second, -int{number(a.first)}) < std::pair(b.second, -int{number(b.first)});
   });
-  return best == counts.end() ? PanopticId::kNoVote : best->first;
+  return best == counts.end() ? LabelSlot::kNoVote : best->first;
 }
 
 // The holes next to these voxels, each once. `listed` has no voxel before and after.
-std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t, PanopticId>> filled,
-                                        const SurfaceVoxels& surface, const std::vector<bool>& open, std::vector<bool>& listed) {
+std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t, LabelSlot>> filled, const SurfaceVoxels& surface,
+                                        const std::vector<bool>& open, std::vector<bool>& listed) {
   std::vector<std::uint32_t> holes;
   for (const auto& [voxel, label] : filled) {
     surface.visit_near(voxel, 1, [&](std::uint32_t neighbour) {
@@ -51,12 +51,12 @@ std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t,
 
 }  // namespace
 
-Renaming::Renaming() : new_label_(kPanopticIds) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
+Renaming::Renaming() : new_label_(kLabelSlots) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
 
 void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
   LabelBits before;
   LabelBits after;
-  for (std::size_t label = 0; label < kPanopticIds; ++label) {
+  for (std::size_t label = 0; label < kLabelSlots; ++label) {
     if (new_label_[label] == label) continue;
     add_to(before, static_cast<std::uint16_t>(label));
     add_to(after, new_label_[label]);
@@ -92,14 +92,14 @@ void fill_from_neighbours(std::vector<std::uint32_t> holes, SurfaceVoxels& surfa
   std::vector<bool> listed(surface.size(), false);
   for (const std::uint32_t hole : holes) {
     open[hole] = true;
-    surface.relabel(hole, PanopticId::kUnknown);
+    surface.relabel(hole, LabelSlot::kUnknown);
   }
   Counts counts;
   while (!holes.empty()) {
-    std::vector<std::pair<std::uint32_t, PanopticId>> filled;
+    std::vector<std::pair<std::uint32_t, LabelSlot>> filled;
     for (const std::uint32_t hole : holes) {
-      const PanopticId label = label_around(hole, surface, open, counts);
-      if (label != PanopticId::kNoVote) filled.emplace_back(hole, label);
+      const LabelSlot label = label_around(hole, surface, open, counts);
+      if (label != LabelSlot::kNoVote) filled.emplace_back(hole, label);
     }
     for (const auto& [hole, label] : filled) {
       surface.relabel(hole, label);

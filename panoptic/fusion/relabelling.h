@@ -17,8 +17,8 @@ class Renaming {
  public:
   Renaming();
 
-  void add(PanopticId from, PanopticId to) { new_label_[number(from)] = number(to); }
-  PanopticId of(PanopticId label) const { return static_cast<PanopticId>(new_label_[number(label)]); }
+  void add(LabelSlot from, LabelSlot to) { new_label_[number(from)] = number(to); }
+  LabelSlot of(LabelSlot label) const { return static_cast<LabelSlot>(new_label_[number(label)]); }
 
   // In every voxel of the map, surface or not, and in the snapshot. Weights stay.
   void apply(VoxelMap& map, SurfaceVoxels& surface) const;

@@ -113,13 +113,13 @@ void SurfaceVoxels::collect(const VoxelMap& map, const std::vector<char>& is_kno
     for (std::size_t row = 0; row < kBlockRows; ++row) {
       visit_bits(blocks_[slot].surface[row], [&](int x) {
         const std::size_t voxel = row * kBlockSide + static_cast<std::size_t>(x);
-        *next++ = {slot, static_cast<std::uint16_t>(voxel), static_cast<PanopticId>(labels[voxel])};
+        *next++ = {slot, static_cast<std::uint16_t>(voxel), static_cast<LabelSlot>(labels[voxel])};
       });
     }
   });
 }
 
-void SurfaceVoxels::relabel(std::uint32_t i, PanopticId label) {
+void SurfaceVoxels::relabel(std::uint32_t i, LabelSlot label) {
   Entry& e = voxels_[i];
   if (e.label == label) return;
   e.label = label;
@@ -128,16 +128,16 @@ void SurfaceVoxels::relabel(std::uint32_t i, PanopticId label) {
 }
 
 VoxelsByLabel SurfaceVoxels::by_label() const {
-  return by_label([](PanopticId) { return true; });
+  return by_label([](LabelSlot) { return true; });
 }
 
-VoxelsByLabel SurfaceVoxels::by_label(const std::function<bool(PanopticId)>& wanted) const {
-  std::vector<std::uint32_t> counts(kPanopticIds, 0);
+VoxelsByLabel SurfaceVoxels::by_label(const std::function<bool(LabelSlot)>& wanted) const {
+  std::vector<std::uint32_t> counts(kLabelSlots, 0);
   for (const Entry& e : voxels_) ++counts[number(e.label)];
   VoxelsByLabel result;
-  std::vector<std::uint32_t*> next(kPanopticIds, nullptr);
-  for (std::size_t id = 0; id < kPanopticIds; ++id) {
-    const auto label = static_cast<PanopticId>(id);
+  std::vector<std::uint32_t*> next(kLabelSlots, nullptr);
+  for (std::size_t id = 0; id < kLabelSlots; ++id) {
+    const auto label = static_cast<LabelSlot>(id);
     if (counts[id] == 0 || !wanted(label)) continue;
     std::vector<std::uint32_t>& voxels = result[label];
     voxels.resize(counts[id]);

@@ -22,13 +22,13 @@ namespace panoptic {
 
 struct SurfaceVoxel {
   std::array<std::int32_t, 3> at{};  // voxel coordinates in the whole map; metres = (at + 0.5) * voxel size
-  PanopticId label = PanopticId::kUnknown;
+  LabelSlot label = LabelSlot::kUnknown;
   Slot slot = 0;
   std::uint16_t voxel = 0;
 };
 
 // Indices of surface voxels, ascending.
-using VoxelsByLabel = std::map<PanopticId, std::vector<std::uint32_t>>;
+using VoxelsByLabel = std::map<LabelSlot, std::vector<std::uint32_t>>;
 
 // Voxels of one block, a bit each (the lowest is x = 0), by row along x: row y + 16 z.
 inline constexpr int kBlockRows = kBlockSide * kBlockSide;
@@ -52,8 +52,8 @@ class SurfaceVoxels {
   std::size_t size() const { return voxels_.size(); }
   SurfaceVoxel operator[](std::uint32_t i) const;
   std::pair<Slot, std::uint16_t> place_of(std::uint32_t i) const { return {voxels_[i].slot, voxels_[i].voxel}; }
-  PanopticId label(std::uint32_t i) const { return voxels_[i].label; }
-  void relabel(std::uint32_t i, PanopticId label);  // voxels of different blocks also from different threads
+  LabelSlot label(std::uint32_t i) const { return voxels_[i].label; }
+  void relabel(std::uint32_t i, LabelSlot label);  // voxels of different blocks also from different threads
 
   std::size_t block_count() const { return blocks_.size(); }
   std::array<std::int32_t, 3> corner_of(Slot slot) const { return blocks_[slot].corner; }  // its lowest voxel, as `at`
@@ -67,7 +67,7 @@ class SurfaceVoxels {
 
   VoxelsByLabel by_label() const;
   // Only of the labels for which `wanted` says so; it is asked once for every label of the surface, in ascending order.
-  VoxelsByLabel by_label(const std::function<bool(PanopticId)>& wanted) const;
+  VoxelsByLabel by_label(const std::function<bool(LabelSlot)>& wanted) const;
 
   // Calls visit(index) for every surface voxel at most `reach` (below 16) voxels from this one along each axis, itself included.
   template <typename Visit>
@@ -89,7 +89,7 @@ class SurfaceVoxels {
   struct Entry {
     Slot slot;
     std::uint16_t voxel;
-    PanopticId label;
+    LabelSlot label;
   };
   struct Block {
     std::array<std::int32_t, 3> corner{};

@@ -150,20 +150,20 @@ void draw_name(Image<Rgb>& image, const std::string& name, const Visible& visibl
   draw_text(image, name, area.left + kPad_px, area.top + kPad_px + size.height_px, {255, 255, 255}, kNameScale);
 }
 
-std::map<PanopticId, ClassId> classes_of(const Mesh& mesh) {
+std::map<LabelSlot, ClassId> classes_of(const Mesh& mesh) {
   std::vector<ClassId> of_id(std::size_t{std::numeric_limits<std::uint16_t>::max()} + 1, ClassId::kUnknown);
   for (const MeshVertex& vertex : mesh.vertices) of_id[number(vertex.panoptic_id)] = vertex.class_id;
-  std::map<PanopticId, ClassId> classes;
+  std::map<LabelSlot, ClassId> classes;
   for (std::size_t id = 0; id < of_id.size(); ++id) {
-    if (of_id[id] != ClassId::kUnknown) classes[static_cast<PanopticId>(id)] = of_id[id];
+    if (of_id[id] != ClassId::kUnknown) classes[static_cast<LabelSlot>(id)] = of_id[id];
   }
   return classes;
 }
 
 }  // namespace
 
-Rgb picture_color(PanopticId id, const LabelSet& labels) {
-  return id == PanopticId::kUnknown ? kUnknownColor : color_of(id, labels);
+Rgb picture_color(LabelSlot id, const LabelSet& labels) {
+  return id == LabelSlot::kUnknown ? kUnknownColor : color_of(id, labels);
 }
 
 void draw_class_legend(Picture& picture, const LabelSet& labels) {
@@ -176,12 +176,12 @@ void draw_class_legend(Picture& picture, const LabelSet& labels) {
 }
 
 void draw_object_names(Picture& picture, const Mesh& mesh, const LabelSet& labels) {
-  const std::map<PanopticId, ClassId> classes = classes_of(mesh);
+  const std::map<LabelSlot, ClassId> classes = classes_of(mesh);
   std::vector<LegendEntry> stuff;
   std::vector<Rectangle> taken;
   std::size_t objects = 0;
   for (const Visible& visible : visible_labels(picture)) {
-    const auto id = static_cast<PanopticId>(visible.label);
+    const auto id = static_cast<LabelSlot>(visible.label);
     if (!labels.is_object(id)) {
       stuff.push_back({std::string(labels.name_of(static_cast<ClassId>(visible.label))), picture_color(id, labels)});
       continue;

@@ -83,7 +83,7 @@ MeshVertex vertex_at(const char* in) {
   in = take(in, class_id);
   take(in, panoptic_id);
   vertex.class_id = static_cast<ClassId>(class_id);
-  vertex.panoptic_id = static_cast<PanopticId>(panoptic_id);
+  vertex.panoptic_id = static_cast<LabelSlot>(panoptic_id);
   return vertex;
 }
 

@@ -41,7 +41,7 @@ LabelExtents label_extents(const VoxelBlock& block, BlockIndex index, float voxe
     if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m) continue;
     if (last == nullptr || block.label[i] != last_label) {
       last_label = block.label[i];
-      last = &extents[static_cast<PanopticId>(last_label)];
+      last = &extents[static_cast<LabelSlot>(last_label)];
     }
     LabelExtent one{.voxels = 1};
     one.min = {corner[0] + v % kBlockSide, corner[1] + v / kBlockSide % kBlockSide, corner[2] + v / (kBlockSide * kBlockSide)};

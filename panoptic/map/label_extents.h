@@ -29,7 +29,7 @@ struct LabelExtent {
   bool operator==(const LabelExtent&) const = default;
 };
 
-using LabelExtents = std::map<PanopticId, LabelExtent>;
+using LabelExtents = std::map<LabelSlot, LabelExtent>;
 
 // In metres, world: the box around the voxels (their outer faces), and their mean.
 struct ExtentBox {

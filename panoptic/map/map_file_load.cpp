@@ -159,7 +159,7 @@ void require_ends(const Database& database, const std::vector<Object>& objects, 
   for (std::size_t start = 0; start < objects.size(); ++start) {
     std::vector<std::size_t> way;
     std::size_t at = start;
-    while (ends[at] == 0 && objects[at].merged_into != PanopticId::kUnknown && way.size() <= objects.size()) {
+    while (ends[at] == 0 && objects[at].merged_into != LabelSlot::kUnknown && way.size() <= objects.size()) {
       way.push_back(at);
       at = std::size_t{number(objects[at].merged_into)} - first_thing;
     }
@@ -205,7 +205,7 @@ SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   MapHeader header = read_header(database, meta);
   const std::uint16_t first = header.labels.first_thing();
   const auto ids_given =
-      static_cast<std::size_t>(meta_integer(database, meta, kMetaIdsGiven, number(PanopticId::kNoVote) - first));
+      static_cast<std::size_t>(meta_integer(database, meta, kMetaIdsGiven, number(LabelSlot::kNoVote) - first));
   RegistryState registry{read_objects(database, first, ids_given),
                          static_cast<std::size_t>(meta_integer(database, meta, kMetaCreated, kMostEpoch))};
   require_ends(database, registry.objects, first);

@@ -68,7 +68,7 @@ FrameNumbers frame_numbers(const MapWithFrames& map, const std::string& name) {
   FrameNumbers numbers;
   for (const FrameRecord& frame : map.frames) numbers.add(frame.frame);
   for (const Object& object : map.saved.objects.state().objects) {
-    if (object.id == PanopticId::kUnknown) continue;
+    if (object.id == LabelSlot::kUnknown) continue;
     numbers.add(object.first_frame);
     numbers.add(object.last_frame);
     numbers.log2_widest_bin = std::max(numbers.log2_widest_bin, object.votes.log2_frames_per_bin());
@@ -121,12 +121,12 @@ class MergedObjects {
 
  private:
   static IdTable identity() {
-    IdTable table(kPanopticIds);
+    IdTable table(kLabelSlots);
     std::iota(table.begin(), table.end(), std::uint16_t{0});
     return table;
   }
-  Object& at(PanopticId id) { return state_.objects[number(id) - first_]; }
-  PanopticId new_id();
+  Object& at(LabelSlot id) { return state_.objects[number(id) - first_]; }
+  LabelSlot new_id();
   void join(const Object& from, Object& into) const;
 
   std::uint16_t first_;
@@ -136,16 +136,16 @@ class MergedObjects {
   IdTable ids_of_b_;
 };
 
-PanopticId MergedObjects::new_id() {
-  if (first_ + state_.objects.size() < number(PanopticId::kNoVote)) {
+LabelSlot MergedObjects::new_id() {
+  if (first_ + state_.objects.size() < number(LabelSlot::kNoVote)) {
     state_.objects.emplace_back();
-    return static_cast<PanopticId>(first_ + state_.objects.size() - 1);
+    return static_cast<LabelSlot>(first_ + state_.objects.size() - 1);
   }
   const auto free = std::find_if(state_.objects.begin(), state_.objects.end(), [](const Object& o) {
-    return o.id == PanopticId::kUnknown && o.merged_into == PanopticId::kUnknown;
+    return o.id == LabelSlot::kUnknown && o.merged_into == LabelSlot::kUnknown;
   });
   if (free == state_.objects.end()) throw Error(names_ + " have more objects together than there are ids; merge smaller maps");
-  return static_cast<PanopticId>(first_ + (free - state_.objects.begin()));
+  return static_cast<LabelSlot>(first_ + (free - state_.objects.begin()));
 }
 
 void MergedObjects::join(const Object& from, Object& into) const {
@@ -154,18 +154,18 @@ void MergedObjects::join(const Object& from, Object& into) const {
 }
 
 void MergedObjects::take_up(const ObjectRegistry& b, const std::vector<ObjectMatch>& matches, std::int64_t shift) {
-  std::map<PanopticId, PanopticId> whole_of;  // of the objects of b that have a counterpart
+  std::map<LabelSlot, LabelSlot> whole_of;  // of the objects of b that have a counterpart
   for (const ObjectMatch& match : matches) {
     if (match.kind != MatchKind::kPartOfB) whole_of[match.b] = match.a;
   }
   const RegistryState theirs = b.state();
   for (std::size_t i = 0; i < theirs.objects.size(); ++i) {
-    const auto id = static_cast<PanopticId>(first_ + i);
+    const auto id = static_cast<LabelSlot>(first_ + i);
     ids_of_b_[number(id)] = 0;
-    if (theirs.objects[i].id == PanopticId::kUnknown) continue;
+    if (theirs.objects[i].id == LabelSlot::kUnknown) continue;
     Object object = shifted(theirs.objects[i], shift);
     const auto whole = whole_of.find(id);
-    const PanopticId merged_id = whole == whole_of.end() ? new_id() : whole->second;
+    const LabelSlot merged_id = whole == whole_of.end() ? new_id() : whole->second;
     ids_of_b_[number(id)] = number(merged_id);
     if (whole != whole_of.end()) {
       join(object, at(merged_id));
@@ -176,7 +176,7 @@ void MergedObjects::take_up(const ObjectRegistry& b, const std::vector<ObjectMat
   }
   for (const ObjectMatch& match : matches) {
     if (match.kind != MatchKind::kPartOfB) continue;
-    const auto into = static_cast<PanopticId>(ids_of_b_[number(match.b)]);
+    const auto into = static_cast<LabelSlot>(ids_of_b_[number(match.b)]);
     Object part = std::exchange(at(match.a), Object{});
     at(match.a).merged_into = into;
     ids_of_a_[number(match.a)] = number(into);

@@ -35,7 +35,7 @@ struct MapMerge {
 // Throws Error, naming the maps as `name_a` and `name_b`: not comparable (require_comparable), or out of ids or frame numbers.
 MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b);
 
-// One voxel block into another, voxel by voxel as above. `merged_id`: by b's panoptic ids (kPanopticIds entries).
+// One voxel block into another, voxel by voxel as above. `merged_id`: by b's panoptic ids (kLabelSlots entries).
 void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_id, VoxelBlock& into);
 
 }  // namespace panoptic

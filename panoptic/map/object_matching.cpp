@@ -18,7 +18,7 @@
 namespace panoptic {
 namespace {
 
-using IdPair = std::pair<PanopticId, PanopticId>;
+using IdPair = std::pair<LabelSlot, LabelSlot>;
 using Counts = std::map<IdPair, std::uint64_t>;
 
 // How many voxels that both maps observed, near the surface of either, bear each pair of labels.
@@ -29,7 +29,7 @@ Counts common_labels(const VoxelBlock& a, const VoxelBlock& b, float band_m) {
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const bool observed = a.weight[v] > 0 && b.weight[v] > 0;
     if (!observed || std::min(std::abs(a.distance[v]), std::abs(b.distance[v])) > band_m) continue;
-    const IdPair pair(static_cast<PanopticId>(a.label[v]), static_cast<PanopticId>(b.label[v]));
+    const IdPair pair(static_cast<LabelSlot>(a.label[v]), static_cast<LabelSlot>(b.label[v]));
     if (count == nullptr || pair != last) count = &counts[pair];
     last = pair;
     ++*count;
@@ -54,8 +54,8 @@ Counts common_labels(const VoxelMap& a, const VoxelMap& b) {
 
 // Two objects that share voxels.
 struct Overlap {
-  PanopticId a = PanopticId::kUnknown;
-  PanopticId b = PanopticId::kUnknown;
+  LabelSlot a = LabelSlot::kUnknown;
+  LabelSlot b = LabelSlot::kUnknown;
   bool same_class = false;
   bool enough = false;
   double both = 0;  // voxels that are a's and b's
@@ -66,15 +66,15 @@ struct Overlap {
   double worth() const { return iou() * (same_class ? 1.0 : kOtherClassWorth); }
 };
 
-std::uint64_t voxels_of(const LabelExtents& extents, PanopticId id) {
+std::uint64_t voxels_of(const LabelExtents& extents, LabelSlot id) {
   const auto found = extents.find(id);
   return found == extents.end() ? 0 : found->second.voxels;
 }
 
 std::vector<Overlap> overlaps_of(const SavedMap& a, const SavedMap& b) {
   const Counts counts = common_labels(a.map, b.map);
-  std::map<PanopticId, std::uint64_t> of_a;
-  std::map<PanopticId, std::uint64_t> of_b;
+  std::map<LabelSlot, std::uint64_t> of_a;
+  std::map<LabelSlot, std::uint64_t> of_b;
   for (const auto& [pair, count] : counts) {
     of_a[pair.first] += count;
     of_b[pair.second] += count;
@@ -95,8 +95,8 @@ std::vector<Overlap> overlaps_of(const SavedMap& a, const SavedMap& b) {
 
 // Who is spoken for.
 struct Taken {
-  std::set<PanopticId> a;
-  std::set<PanopticId> b;
+  std::set<LabelSlot> a;
+  std::set<LabelSlot> b;
 };
 
 void match_pairs(std::vector<Overlap>& overlaps, Taken& taken, std::vector<ObjectMatch>& matches) {

@@ -33,8 +33,8 @@ enum class MatchKind : std::uint8_t {
 };
 
 struct ObjectMatch {
-  PanopticId a = PanopticId::kUnknown;
-  PanopticId b = PanopticId::kUnknown;
+  LabelSlot a = LabelSlot::kUnknown;
+  LabelSlot b = LabelSlot::kUnknown;
   MatchKind kind = MatchKind::kSame;
   double iou = 0;
 

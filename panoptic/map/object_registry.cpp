@@ -22,16 +22,16 @@ void add_observations(const Object& from, Object& into) {
 
 ObjectRegistry::ObjectRegistry(std::uint16_t first_thing, RegistryState state)
     : first_thing_(first_thing), objects_(std::move(state.objects)), created_since_retirement_(state.created_since_retirement) {
-  const auto is_gone = [](const Object& o) { return o.id == PanopticId::kUnknown; };
+  const auto is_gone = [](const Object& o) { return o.id == LabelSlot::kUnknown; };
   retired_ = static_cast<std::size_t>(std::count_if(objects_.begin(), objects_.end(), is_gone));
 }
 
-std::optional<PanopticId> ObjectRegistry::create(std::int64_t frame) {
+std::optional<LabelSlot> ObjectRegistry::create(std::int64_t frame) {
   created_since_retirement_++;
-  const bool all_given = first_thing_ + objects_.size() >= number(PanopticId::kNoVote);
+  const bool all_given = first_thing_ + objects_.size() >= number(LabelSlot::kNoVote);
   Object* object = all_given ? reuse() : &objects_.emplace_back();
   if (object == nullptr) return std::nullopt;
-  object->id = static_cast<PanopticId>(first_thing_ + (object - objects_.data()));
+  object->id = static_cast<LabelSlot>(first_thing_ + (object - objects_.data()));
   object->first_frame = frame;
   object->last_frame = frame;
   return object->id;
@@ -40,7 +40,7 @@ std::optional<PanopticId> ObjectRegistry::create(std::int64_t frame) {
 Object* ObjectRegistry::reuse() {
   if (retired_ == 0) return nullptr;
   const auto free = std::find_if(objects_.begin(), objects_.end(), [](const Object& o) {
-    return o.id == PanopticId::kUnknown && o.merged_into == PanopticId::kUnknown;
+    return o.id == LabelSlot::kUnknown && o.merged_into == LabelSlot::kUnknown;
   });
   if (free == objects_.end()) return nullptr;
   retired_--;
@@ -49,14 +49,14 @@ Object* ObjectRegistry::reuse() {
 
 void ObjectRegistry::retire_unused(const std::vector<bool>& in_use) {
   for (Object& object : objects_) {
-    if (object.id == PanopticId::kUnknown || in_use[number(object.id)]) continue;
+    if (object.id == LabelSlot::kUnknown || in_use[number(object.id)]) continue;
     object = Object{};
     retired_++;
   }
   created_since_retirement_ = 0;
 }
 
-void ObjectRegistry::observe(PanopticId id, const Segment& segment, std::int64_t frame) {
+void ObjectRegistry::observe(LabelSlot id, const Segment& segment, std::int64_t frame) {
   PANOPTIC_ASSERT(find(id) != nullptr);
   Object& object = objects_[number(id) - first_thing_];
   object.first_frame = object.observations == 0 ? frame : std::min(object.first_frame, frame);
@@ -72,12 +72,12 @@ void ObjectRegistry::observe(PanopticId id, const Segment& segment, std::int64_t
   }
 }
 
-void ObjectRegistry::show(PanopticId id, const ObjectView& view) {
+void ObjectRegistry::show(LabelSlot id, const ObjectView& view) {
   PANOPTIC_ASSERT(find(id) != nullptr);
   objects_[number(id) - first_thing_].best_views.add(view);
 }
 
-void ObjectRegistry::merge(PanopticId from, PanopticId into, std::int64_t frame) {
+void ObjectRegistry::merge(LabelSlot from, LabelSlot into, std::int64_t frame) {
   PANOPTIC_ASSERT(from != into && find(from) != nullptr && find(into) != nullptr);
   Object& part = objects_[number(from) - first_thing_];
   Object& whole = objects_[number(into) - first_thing_];
@@ -89,42 +89,42 @@ void ObjectRegistry::merge(PanopticId from, PanopticId into, std::int64_t frame)
   retired_++;
 }
 
-std::vector<std::pair<PanopticId, PanopticId>> ObjectRegistry::merged() const {
-  std::vector<std::pair<PanopticId, PanopticId>> result;
+std::vector<std::pair<LabelSlot, LabelSlot>> ObjectRegistry::merged() const {
+  std::vector<std::pair<LabelSlot, LabelSlot>> result;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (objects_[i].merged_into == PanopticId::kUnknown) continue;
-    const auto id = static_cast<PanopticId>(first_thing_ + i);
+    if (objects_[i].merged_into == LabelSlot::kUnknown) continue;
+    const auto id = static_cast<LabelSlot>(first_thing_ + i);
     result.emplace_back(id, survivor(id));
   }
   return result;
 }
 
-PanopticId ObjectRegistry::survivor(PanopticId id) const {
+LabelSlot ObjectRegistry::survivor(LabelSlot id) const {
   while (number(id) >= first_thing_ && std::size_t{number(id)} - first_thing_ < objects_.size()) {
-    const PanopticId next = objects_[number(id) - first_thing_].merged_into;
-    if (next == PanopticId::kUnknown) break;
+    const LabelSlot next = objects_[number(id) - first_thing_].merged_into;
+    if (next == LabelSlot::kUnknown) break;
     id = next;
   }
   return id;
 }
 
-const Object* ObjectRegistry::find(PanopticId id) const {
+const Object* ObjectRegistry::find(LabelSlot id) const {
   const std::size_t i = std::size_t{number(id)} - first_thing_;
   const bool known = number(id) >= first_thing_ && i < objects_.size() && objects_[i].id == id;
   return known ? &objects_[i] : nullptr;
 }
 
-void ObjectRegistry::rule_out(PanopticId id, std::set<ClassId> classes) {
+void ObjectRegistry::rule_out(LabelSlot id, std::set<ClassId> classes) {
   PANOPTIC_ASSERT(find(id) != nullptr);
   objects_[number(id) - first_thing_].ruled_out = std::move(classes);
 }
 
-void ObjectRegistry::assume(PanopticId id, ClassId class_id) {
+void ObjectRegistry::assume(LabelSlot id, ClassId class_id) {
   PANOPTIC_ASSERT(class_of(id) == ClassId::kUnknown);
   objects_[number(id) - first_thing_].evidence[class_id] = 0;
 }
 
-ClassId ObjectRegistry::class_of(PanopticId id) const {
+ClassId ObjectRegistry::class_of(LabelSlot id) const {
   const Object* object = find(id);
   ClassId best = ClassId::kUnknown;
   double most = -1;
@@ -139,7 +139,7 @@ ClassId ObjectRegistry::class_of(PanopticId id) const {
   return best;
 }
 
-std::vector<ClassProbability> ObjectRegistry::probabilities(PanopticId id) const {
+std::vector<ClassProbability> ObjectRegistry::probabilities(LabelSlot id) const {
   std::vector<ClassProbability> result;
   const Object* object = find(id);
   if (object == nullptr || object->score_sum <= 0) return result;

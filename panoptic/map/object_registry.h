@@ -21,14 +21,14 @@ namespace panoptic {
 
 // Another object that turned out to be a part of this one, and the frame after which that was found.
 struct ObjectPart {
-  PanopticId id = PanopticId::kUnknown;
+  LabelSlot id = LabelSlot::kUnknown;
   std::int64_t frame = 0;
 
   bool operator==(const ObjectPart&) const = default;
 };
 
 struct Object {
-  PanopticId id = PanopticId::kUnknown;
+  LabelSlot id = LabelSlot::kUnknown;
   std::int64_t first_frame = 0;  // in which it was seen; without observations, after which it was made
   std::int64_t last_frame = 0;
   std::uint64_t observations = 0;
@@ -37,8 +37,8 @@ struct Object {
   std::set<ClassId> ruled_out;         // classes that it cannot be, whatever the evidence
   VoteHistory votes;                   // the class of each observation
   BestViews best_views;
-  std::vector<ObjectPart> parts;                  // in the order in which they were found
-  PanopticId merged_into = PanopticId::kUnknown;  // of an object that is no more: the one that it turned out to be a part of
+  std::vector<ObjectPart> parts;                // in the order in which they were found
+  LabelSlot merged_into = LabelSlot::kUnknown;  // of an object that is no more: the one that it turned out to be a part of
 
   bool operator==(const Object&) const = default;
 };
@@ -63,33 +63,33 @@ class ObjectRegistry {
   // A new object. Ids count up; only when 65534 was given are those of retired objects used again, lowest first. Nothing when
   // all are taken.
   // `frame`: the one that it was found in or after.
-  std::optional<PanopticId> create(std::int64_t frame = 0);
+  std::optional<LabelSlot> create(std::int64_t frame = 0);
 
   // Adds one detection to the evidence (Eq. 12). REQUIRES an id that create returned.
-  void observe(PanopticId id, const Segment& segment, std::int64_t frame);
+  void observe(LabelSlot id, const Segment& segment, std::int64_t frame);
   // Offers a detection that was observed as one of the object's best views. REQUIRES an id that create returned.
-  void show(PanopticId id, const ObjectView& view);
+  void show(LabelSlot id, const ObjectView& view);
 
   // Object `from` is a part of `into`, as is known after this frame: its evidence goes there, and it is no object any more.
   // REQUIRES two different objects.
-  void merge(PanopticId from, PanopticId into, std::int64_t frame);
+  void merge(LabelSlot from, LabelSlot into, std::int64_t frame);
   // Every object that was merged away, with its survivor; ascending.
-  std::vector<std::pair<PanopticId, PanopticId>> merged() const;
+  std::vector<std::pair<LabelSlot, LabelSlot>> merged() const;
   // What became of an object: the one that it was merged into, or itself.
-  PanopticId survivor(PanopticId id) const;
+  LabelSlot survivor(LabelSlot id) const;
 
   // The object cannot be of these classes (and of all others it can).
-  void rule_out(PanopticId id, std::set<ClassId> classes);
+  void rule_out(LabelSlot id, std::set<ClassId> classes);
 
   // The object, which no network ever saw, is of this class; nothing is observed by it. REQUIRES class_of(id) == kUnknown.
-  void assume(PanopticId id, ClassId class_id);
+  void assume(LabelSlot id, ClassId class_id);
 
   // The most probable class that is not ruled out; ties go to the lower class id. kUnknown for an object without evidence.
-  ClassId class_of(PanopticId id) const;
+  ClassId class_of(LabelSlot id) const;
   // p(z, l) of Eq. 12, sorted by class id.
-  std::vector<ClassProbability> probabilities(PanopticId id) const;
+  std::vector<ClassProbability> probabilities(LabelSlot id) const;
 
-  const Object* find(PanopticId id) const;  // nullptr if there is no such object, or no longer
+  const Object* find(LabelSlot id) const;  // nullptr if there is no such object, or no longer
   std::size_t count() const { return objects_.size() - retired_; }
 
   // True when so many objects were created since the last retirement that it is worth looking for unused ones.

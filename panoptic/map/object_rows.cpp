@@ -141,7 +141,7 @@ BestViews views_from(const Json& json) {
 
 Object object_from(const Statement& row) {
   Object object;
-  object.id = static_cast<PanopticId>(row.integer(0));
+  object.id = static_cast<LabelSlot>(row.integer(0));
   object.first_frame = row.integer(2);
   object.last_frame = row.integer(3);
   object.observations = static_cast<std::uint64_t>(row.integer(4, 0, kMost));
@@ -160,20 +160,20 @@ Object object_from(const Statement& row) {
   for (const Json& part : parts) {
     require(part.is_array() && part.size() == 2);
     object.parts.push_back(
-        {static_cast<PanopticId>(whole(part[0], 1, 65534)), whole(part[1], std::numeric_limits<std::int64_t>::min(), kMost)});
+        {static_cast<LabelSlot>(whole(part[0], 1, 65534)), whole(part[1], std::numeric_limits<std::int64_t>::min(), kMost)});
   }
   return object;
 }
 
 }  // namespace
 
-std::map<PanopticId, ObjectRow> object_rows(const ObjectRegistry& objects, const LabelExtents& extents) {
-  std::map<PanopticId, ObjectRow> rows;
+std::map<LabelSlot, ObjectRow> object_rows(const ObjectRegistry& objects, const LabelExtents& extents) {
+  std::map<LabelSlot, ObjectRow> rows;
   const RegistryState state = objects.state();
   for (std::size_t i = 0; i < state.objects.size(); ++i) {
     const Object& object = state.objects[i];
-    const auto id = static_cast<PanopticId>(objects.first_thing() + i);
-    if (object.id == PanopticId::kUnknown && object.merged_into == PanopticId::kUnknown) continue;
+    const auto id = static_cast<LabelSlot>(objects.first_thing() + i);
+    if (object.id == LabelSlot::kUnknown && object.merged_into == LabelSlot::kUnknown) continue;
     const auto extent = extents.find(id);
     const ClassId class_id = objects.class_of(id);
     rows[id] = {object, class_id, probability_of(object, class_id), extent == extents.end() ? LabelExtent{} : extent->second};
@@ -187,10 +187,9 @@ ObjectTableWriter::ObjectTableWriter(Database& database, double voxel_size_m)
       remove_(database, "DELETE FROM objects WHERE id = ?"),
       clear_(database, "DELETE FROM objects") {}
 
-void ObjectTableWriter::write(std::map<PanopticId, ObjectRow> rows) {
+void ObjectTableWriter::write(std::map<LabelSlot, ObjectRow> rows) {
   if (!written_) clear_.run();
-  const std::map<PanopticId, ObjectRow> before =
-      std::exchange(written_, std::nullopt).value_or(std::map<PanopticId, ObjectRow>());
+  const std::map<LabelSlot, ObjectRow> before = std::exchange(written_, std::nullopt).value_or(std::map<LabelSlot, ObjectRow>());
   for (const auto& [id, row] : before) {
     if (!rows.contains(id)) remove_.bind(std::int64_t{number(id)}).run();
   }
@@ -201,10 +200,10 @@ void ObjectTableWriter::write(std::map<PanopticId, ObjectRow> rows) {
   written_ = std::move(rows);
 }
 
-void ObjectTableWriter::put(PanopticId id, const ObjectRow& row) {
+void ObjectTableWriter::put(LabelSlot id, const ObjectRow& row) {
   const Object& object = row.object;
   put_.bind(std::int64_t{number(id)});
-  if (object.merged_into == PanopticId::kUnknown) {
+  if (object.merged_into == LabelSlot::kUnknown) {
     put_.bind_null();
   } else {
     put_.bind(std::int64_t{number(object.merged_into)});
@@ -240,7 +239,7 @@ std::vector<Object> read_objects(Database& database, std::uint16_t first_thing, 
       if (row.is_null(1)) {
         object = object_from(row);
       } else {
-        object.merged_into = static_cast<PanopticId>(row.integer(1, first_thing, last));
+        object.merged_into = static_cast<LabelSlot>(row.integer(1, first_thing, last));
       }
     } catch (const RowError&) {
       database.refuse(fmt::format("object {} holds what no object can; the file is damaged: use another copy", id));

@@ -21,24 +21,24 @@ struct ObjectRow {
 };
 
 // Every object that is, and every one that was merged into another.
-std::map<PanopticId, ObjectRow> object_rows(const ObjectRegistry& objects, const LabelExtents& extents);
+std::map<LabelSlot, ObjectRow> object_rows(const ObjectRegistry& objects, const LabelExtents& extents);
 
 // Keeps the table `objects` as given; only rows that differ from those of the last time are written.
 class ObjectTableWriter {
  public:
   ObjectTableWriter(Database& database, double voxel_size_m);
-  void write(std::map<PanopticId, ObjectRow> rows);
+  void write(std::map<LabelSlot, ObjectRow> rows);
   // The rows of the last write are not in the file after all.
   void forget() { written_.reset(); }
 
  private:
-  void put(PanopticId id, const ObjectRow& row);
+  void put(LabelSlot id, const ObjectRow& row);
 
   double voxel_size_m_;
   Statement put_;
   Statement remove_;
   Statement clear_;
-  std::optional<std::map<PanopticId, ObjectRow>> written_;
+  std::optional<std::map<LabelSlot, ObjectRow>> written_;
 };
 
 // `count`: how many ids were given by then. Throws Error for what cannot be.

@@ -7,7 +7,7 @@
 //        0   distance       f32[4096]  truncated signed distance, metres, positive in front of the surface
 //    16384   weight         f32[4096]  W^D, 0 = never observed
 //    32768   label_weight   f32[4096]  W^L
-//    49152   label          u16[4096]  PanopticId, 0 = unknown
+//    49152   label          u16[4096]  LabelSlot, 0 = unknown
 //    57344   red            u16[4096]  8.8 fixed point: the mean keeps moving after hundreds of frames
 //    65536   green          u16[4096]
 //    73728   blue           u16[4096]

@@ -131,7 +131,7 @@ std::vector<Slot> VoxelMap::changed_since(std::uint64_t epoch) const {
 }
 
 std::vector<bool> ids_in_use(const VoxelMap& map) {
-  std::vector<bool> used(kPanopticIds, false);
+  std::vector<bool> used(kLabelSlots, false);
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     for (const std::uint16_t label : map.block(slot).label) used[label] = true;
   }

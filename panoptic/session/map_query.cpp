@@ -19,10 +19,10 @@ namespace {
 constexpr float kBand_voxels = 1.5F;
 
 // The square of the distance from a point to the nearest surface voxel of every label.
-std::map<PanopticId, double> squared_distances(const VoxelMap& map, const Vec3d& point_m) {
+std::map<LabelSlot, double> squared_distances(const VoxelMap& map, const Vec3d& point_m) {
   const double size = map.voxel_size_m();
   const float band_m = kBand_voxels * map.voxel_size_m();
-  std::map<PanopticId, double> nearest;
+  std::map<LabelSlot, double> nearest;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     const VoxelBlock& block = map.block(slot);
     const BlockIndex b = map.index_of(slot);
@@ -32,7 +32,7 @@ std::map<PanopticId, double> squared_distances(const VoxelMap& map, const Vec3d&
       if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m) continue;
       const Vec3d within(v % kBlockSide, v / kBlockSide % kBlockSide, v / (kBlockSide * kBlockSide));
       const double squared = ((corner + within + Vec3d::Constant(0.5)) * size - point_m).squaredNorm();
-      const auto [at, is_new] = nearest.emplace(static_cast<PanopticId>(block.label[i]), squared);
+      const auto [at, is_new] = nearest.emplace(static_cast<LabelSlot>(block.label[i]), squared);
       if (!is_new) at->second = std::min(at->second, squared);
     }
   }
@@ -84,7 +84,7 @@ std::vector<FoundObject> MapQuery::in_box(const Vec3d& min_m, const Vec3d& max_m
 std::vector<NearObject> MapQuery::nearest(const Vec3d& point_m, std::size_t count) const {
   std::vector<NearObject> near;
   if (!point_m.allFinite()) return near;
-  const std::map<PanopticId, double> squared = squared_distances(map_, point_m);
+  const std::map<LabelSlot, double> squared = squared_distances(map_, point_m);
   for (const FoundObject& object : objects_) near.push_back({object, std::sqrt(squared.at(object.id))});
   std::sort(near.begin(), near.end(), [](const NearObject& a, const NearObject& b) {
     return std::tuple(a.distance_m, a.object.id) < std::tuple(b.distance_m, b.object.id);
@@ -107,12 +107,12 @@ std::optional<PointAnswer> MapQuery::at(const Vec3d& point_m) const {
   const VoxelBlock* block = map_.find({block_at[0], block_at[1], block_at[2]});
   const auto i = static_cast<std::size_t>(voxel_offset(within[0], within[1], within[2]));
   if (block == nullptr || !(block->weight[i] > 0)) return std::nullopt;
-  const auto id = static_cast<PanopticId>(block->label[i]);
+  const auto id = static_cast<LabelSlot>(block->label[i]);
   const float share = std::min(1.0F, block->label_weight[i] / block->weight[i]);
-  return PointAnswer{id, class_of(id), block->distance[i], block->weight[i], id == PanopticId::kUnknown ? 0.0F : share};
+  return PointAnswer{id, class_of(id), block->distance[i], block->weight[i], id == LabelSlot::kUnknown ? 0.0F : share};
 }
 
-ClassId MapQuery::class_of(PanopticId id) const {
+ClassId MapQuery::class_of(LabelSlot id) const {
   return labels_.is_object(id) ? registry_.class_of(id) : static_cast<ClassId>(number(id));
 }
 

@@ -16,8 +16,8 @@ std::vector<SnapshotObject> objects_of(const Session& session) {
   std::vector<SnapshotObject> objects;
   const ObjectRegistry& registry = session.objects();
   std::size_t left = registry.count();
-  for (std::uint32_t id = session.labels().first_thing(); left > 0 && id < kPanopticIds; ++id) {
-    const Object* object = registry.find(static_cast<PanopticId>(id));
+  for (std::uint32_t id = session.labels().first_thing(); left > 0 && id < kLabelSlots; ++id) {
+    const Object* object = registry.find(static_cast<LabelSlot>(id));
     if (object == nullptr) continue;
     --left;
     SnapshotObject& o = objects.emplace_back();
@@ -50,8 +50,8 @@ void show_labels(const LabelledFrame& labelled, SnapshotFrame& frame) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const std::uint16_t segment = segment_at[i];
     const bool known = segment > 0 && segment <= labelled.segment_ids.size();
-    const PanopticId id = known ? labelled.segment_ids[segment - 1U] : PanopticId::kUnknown;
-    ids[i] = id == PanopticId::kNoVote ? 0 : number(id);
+    const LabelSlot id = known ? labelled.segment_ids[segment - 1U] : LabelSlot::kUnknown;
+    ids[i] = id == LabelSlot::kNoVote ? 0 : number(id);
   }
   frame.labelled_ids = std::make_shared<const Image<std::uint16_t>>(std::move(ids));
 }
@@ -89,7 +89,7 @@ SessionCapture SnapshotPublisher::capture(Session& session, RunState run) {
   capture.frame = frame_of(newest_);
   capture.labelled = labelled_;
   if (capture.labelled) {
-    for (PanopticId& id : capture.labelled->segment_ids) id = session.objects().survivor(id);
+    for (LabelSlot& id : capture.labelled->segment_ids) id = session.objects().survivor(id);
   }
   run.frames_used = session.frames().used();
   run.frames_labelled = session.labelled();
@@ -124,7 +124,7 @@ void SnapshotPublisher::take_up_chunks(const SessionCapture& capture, Snapshot& 
 }
 
 void SnapshotPublisher::measure_objects(SessionCapture& capture, Snapshot& snapshot) const {
-  std::map<PanopticId, ObjectPart> whole;
+  std::map<LabelSlot, ObjectPart> whole;
   for (const std::vector<ObjectPart>& parts : parts_) {
     for (const ObjectPart& part : parts) {
       ObjectPart& object = whole.try_emplace(part.id, ObjectPart{part.id, 0, part.min_m, part.max_m}).first->second;

@@ -100,7 +100,7 @@ std::optional<std::string> Session::add_geometry(const Frame& frame) {
     return reason;
   }
   stages.done("register");
-  no_votes_.assign(registered->segment.size(), PanopticId::kNoVote);
+  no_votes_.assign(registered->segment.size(), LabelSlot::kNoVote);
   integrator_.integrate(frame, *registered, no_votes_, map_);  // Eq. 6-8
   stages.done("integrate");
   stages.all_done("fusion");
@@ -123,8 +123,8 @@ std::optional<std::string> Session::add_labels(const Frame& frame, const Segment
   return std::nullopt;
 }
 
-const std::vector<PanopticId>& Session::track(const Frame& frame, const Segmentation& segmentation,
-                                              const RegisteredFrame& registered, Stages& stages) {
+const std::vector<LabelSlot>& Session::track(const Frame& frame, const Segmentation& segmentation,
+                                             const RegisteredFrame& registered, Stages& stages) {
   reference_labels(map_, frame, registered, reference_);  // Eq. 2
   stages.done("reference");
   const auto& ids = tracker_.assign(registered, segmentation.segments, reference_, frame.index, objects_);  // Eq. 3-5, 12
@@ -150,9 +150,9 @@ void Session::count_labels(const Segmentation& segmentation) {
 }
 
 void Session::note_together() {
-  std::vector<PanopticId> seen;
+  std::vector<LabelSlot> seen;
   for (std::size_t s = 0; s < tracker_.segment_ids().size(); ++s) {
-    const PanopticId id = tracker_.segment_ids()[s];
+    const LabelSlot id = tracker_.segment_ids()[s];
     if (objects_.find(id) != nullptr && tracker_.segment_areas_px()[s] > 0) seen.push_back(id);
   }
   maintenance_.saw_together(seen);
@@ -181,7 +181,7 @@ std::vector<std::vector<Slot>> Session::choose_submaps() {
 
 void Session::write_back(SubmapChanges changes) {
   std::erase_if(changes.changes, [&](LabelChange& change) {
-    const auto id = static_cast<PanopticId>(change.label.label);
+    const auto id = static_cast<LabelSlot>(change.label.label);
     if (!labels_.is_object(id)) return false;
     change.label.label = number(objects_.survivor(id));
     return objects_.find(objects_.survivor(id)) == nullptr;

@@ -84,7 +84,7 @@ class Session {
   const FrameLog& frames() const { return frames_; }
   std::uint64_t labelled() const { return labelled_; }  // frames that came with a prediction
   // Per segment of the last frame that was added, or whose labels were: which it is in the map.
-  std::span<const PanopticId> segment_ids() const { return tracker_.segment_ids(); }
+  std::span<const LabelSlot> segment_ids() const { return tracker_.segment_ids(); }
   // Stages "register", "reference", "track", "integrate", their sum "fusion", "maintain", "regularize" and "mesh"; callers add
   // their own.
   Profile& profile() { return profile_; }
@@ -101,8 +101,8 @@ class Session {
   class Stages;
 
   std::optional<std::string> why_refused(const Frame& frame, const Segmentation& segmentation) const;
-  const std::vector<PanopticId>& track(const Frame& frame, const Segmentation& segmentation, const RegisteredFrame& registered,
-                                       Stages& stages);
+  const std::vector<LabelSlot>& track(const Frame& frame, const Segmentation& segmentation, const RegisteredFrame& registered,
+                                      Stages& stages);
   void count_frame(const Frame& frame);
   void count_labels(const Segmentation& segmentation);
   void note_together();
@@ -120,8 +120,8 @@ class Session {
   std::uint64_t regularize_every_;
   Regularizer regularizer_;
   Mesher mesher_;
-  std::vector<PanopticId> reference_;
-  std::vector<PanopticId> no_votes_;  // of a frame without labels
+  std::vector<LabelSlot> reference_;
+  std::vector<LabelSlot> no_votes_;  // of a frame without labels
   FrameLog frames_;
   std::uint64_t label_frames_ = 0;  // frames that labels were integrated of, or could have been
   std::uint64_t labelled_ = 0;

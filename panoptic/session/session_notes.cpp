@@ -37,8 +37,8 @@ SeenTogether together_from(const Bytes& bytes) {
   SeenTogether together;
   ByteReader reader(bytes);
   while (reader.left() > 0) {
-    const auto first = static_cast<PanopticId>(reader.take<std::uint16_t>());
-    const auto second = static_cast<PanopticId>(reader.take<std::uint16_t>());
+    const auto first = static_cast<LabelSlot>(reader.take<std::uint16_t>());
+    const auto second = static_cast<LabelSlot>(reader.take<std::uint16_t>());
     const auto frames = reader.take<std::uint32_t>();
     const std::pair pair(first, second);
     if (reader.is_short() || !(first < second) || together.contains(pair)) refuse(kTogether);

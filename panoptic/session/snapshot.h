@@ -31,7 +31,7 @@ struct SnapshotChunk {
 };
 
 struct SnapshotObject {
-  PanopticId id = PanopticId::kUnknown;
+  LabelSlot id = LabelSlot::kUnknown;
   ClassId class_id = ClassId::kUnknown;
   std::vector<ClassProbability> probabilities;  // Eq. 12, sorted by class id
   std::int64_t first_frame = 0;

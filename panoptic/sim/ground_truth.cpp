@@ -44,7 +44,7 @@ void TruthBuilder::add(const SimulatedFrame& simulated) {
   frame.color = simulated.rendering.color;
   const RegisteredFrame& registered = registration_.apply(frame, {});
   if (registered.readings == 0) return;
-  no_votes_.assign(registered.pixel_count() + 1, PanopticId::kNoVote);
+  no_votes_.assign(registered.pixel_count() + 1, LabelSlot::kNoVote);
   integrator_.integrate(frame, registered, no_votes_, map_);
 }
 

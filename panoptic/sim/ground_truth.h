@@ -32,7 +32,7 @@ class TruthBuilder {
   VoxelMap map_;
   Registration registration_;
   Integrator integrator_;
-  std::vector<PanopticId> no_votes_;
+  std::vector<LabelSlot> no_votes_;
 };
 
 }  // namespace panoptic

@@ -7,8 +7,8 @@
 namespace panoptic {
 namespace {
 
-constexpr auto kWall = PanopticId{1};
-constexpr auto kChair = PanopticId{50};
+constexpr auto kWall = LabelSlot{1};
+constexpr auto kChair = LabelSlot{50};
 
 // One pixel that sees a point 1 m ahead.
 struct OnePixel {
@@ -20,8 +20,8 @@ struct OnePixel {
     registered.width = registered.height = 1;
     registered.depth = {depth, 0};
   }
-  void vote(PanopticId id, VoteMap& votes) const {
-    const std::array<PanopticId, 2> labels{id, PanopticId::kNoVote};
+  void vote(LabelSlot id, VoteMap& votes) const {
+    const std::array<LabelSlot, 2> labels{id, LabelSlot::kNoVote};
     votes.add(frame, registered, labels);
   }
 };
@@ -55,7 +55,7 @@ TEST(VoteMap, AsksTheNeighboursWhereNobodyVoted) {
 TEST(VoteMap, PixelsWithoutDepthOrVoteAreSilent) {
   VoteMap votes(0.1F);
   OnePixel(0).vote(kChair, votes);
-  OnePixel().vote(PanopticId::kNoVote, votes);
+  OnePixel().vote(LabelSlot::kNoVote, votes);
   EXPECT_EQ(votes.winner(kThere), std::nullopt);
 }
 

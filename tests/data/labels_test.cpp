@@ -64,9 +64,9 @@ TEST(LabelSet, EveryClassIsThingOrStuffAndUnknownIsNeither) {
 TEST(LabelSet, ObjectIdsStartAboveTheHighestClass) {
   const LabelSet labels = small_set();
   EXPECT_EQ(labels.first_thing(), 8);
-  EXPECT_FALSE(labels.is_object(PanopticId::kUnknown));
+  EXPECT_FALSE(labels.is_object(LabelSlot::kUnknown));
   EXPECT_FALSE(labels.is_object(LabelSet::of_class(id(7))));
-  EXPECT_TRUE(labels.is_object(static_cast<PanopticId>(8)));
+  EXPECT_TRUE(labels.is_object(static_cast<LabelSlot>(8)));
   EXPECT_EQ(LabelSet().first_thing(), 1);
 }
 
@@ -238,7 +238,7 @@ int distance(Rgb a, Rgb b) { return std::abs(a.r - b.r) + std::abs(a.g - b.g) + 
 
 TEST(ColorOf, NeighbouringObjectsHaveDistinctColours) {
   const LabelSet labels = small_set();
-  const auto color = [&](int k) { return color_of(static_cast<PanopticId>(labels.first_thing() + k), labels); };
+  const auto color = [&](int k) { return color_of(static_cast<LabelSlot>(labels.first_thing() + k), labels); };
   constexpr int kClear = 40;
   for (int k = 0; k < 500; ++k) {
     for (int next = 1; next <= 4; ++next) EXPECT_GT(distance(color(k), color(k + next)), kClear) << k << " and " << k + next;
@@ -248,9 +248,9 @@ TEST(ColorOf, NeighbouringObjectsHaveDistinctColours) {
 TEST(ColorOf, StuffHasItsClassColourAndUnknownIsGrey) {
   const LabelSet labels = small_set();
   EXPECT_EQ(color_of(LabelSet::of_class(id(2)), labels), (Rgb{7, 8, 9}));
-  const Rgb grey = color_of(PanopticId::kUnknown, labels);
+  const Rgb grey = color_of(LabelSlot::kUnknown, labels);
   EXPECT_TRUE(grey.r == grey.g && grey.g == grey.b);
-  EXPECT_EQ(color_of(static_cast<PanopticId>(5), labels), grey) << "a stuff number without a class";
+  EXPECT_EQ(color_of(static_cast<LabelSlot>(5), labels), grey) << "a stuff number without a class";
 }
 
 }  // namespace

@@ -29,13 +29,13 @@ std::vector<Frame> orbit(int frames) {
 }
 
 // Patches of many labels, of pixels without a vote, and of pixels without a label, other ones in every frame.
-std::vector<PanopticId> patches(const RegisteredFrame& frame, std::int64_t index) {
-  std::vector<PanopticId> labels(frame.segment.size(), PanopticId::kNoVote);
+std::vector<LabelSlot> patches(const RegisteredFrame& frame, std::int64_t index) {
+  std::vector<LabelSlot> labels(frame.segment.size(), LabelSlot::kNoVote);
   for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
     const auto u = static_cast<std::int64_t>(i) % frame.width;
     const auto v = static_cast<std::int64_t>(i) / frame.width;
     const std::int64_t patch = (u + 7 * index) / 23 + 3 * (v / 17);
-    if (patch % 5 != 0) labels[i] = static_cast<PanopticId>(patch % 7);
+    if (patch % 5 != 0) labels[i] = static_cast<LabelSlot>(patch % 7);
   }
   return labels;
 }
@@ -49,7 +49,7 @@ struct Fusion {
   }
   void add_geometry(const Frame& frame) {
     const RegisteredFrame& registered = registration.apply(frame, {});
-    integrator.integrate(frame, registered, std::vector<PanopticId>(registered.segment.size(), PanopticId::kNoVote), map);
+    integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.segment.size(), LabelSlot::kNoVote), map);
   }
   void add_labels(const Frame& frame) {
     const RegisteredFrame& registered = registration.apply(frame, test::halves(frame.color_camera));
@@ -131,7 +131,7 @@ struct NaiveLabel {
 };
 
 // The labels of one frame for every voxel of a block, by projecting its centre.
-void observe_naively(const Frame& frame, const RegisteredFrame& registered, const std::vector<PanopticId>& labels, BlockIndex b,
+void observe_naively(const Frame& frame, const RegisteredFrame& registered, const std::vector<LabelSlot>& labels, BlockIndex b,
                      std::vector<NaiveLabel>& voxels) {
   constexpr double kBand_m = 4 * double{kVoxel_m};
   const Pose camera_from_world = frame.world_from_camera.inverse();
@@ -144,7 +144,7 @@ void observe_naively(const Frame& frame, const RegisteredFrame& registered, cons
     const auto pixel = static_cast<std::size_t>(v * registered.width + u);
     const double z = registered.depth[pixel];
     const double d = (z - p.z()) * p.norm() / p.z();
-    if (z <= 0 || std::abs(d) >= kBand_m || labels[pixel] == PanopticId::kNoVote) continue;
+    if (z <= 0 || std::abs(d) >= kBand_m || labels[pixel] == LabelSlot::kNoVote) continue;
     const double drop = d < -double{kVoxel_m} ? (kBand_m + d) / (kBand_m - double{kVoxel_m}) : 1;
     voxels[static_cast<std::size_t>(i)].observe(number(labels[pixel]), drop / (z * z));
   }
@@ -158,7 +158,7 @@ TEST(LabelsOfAFrame, EqualTheNaiveReferenceVoxelByVoxel) {
   for (Slot slot = 0; slot < fusion.map.block_count(); ++slot) naive[slot].resize(kBlockVoxels);
   for (const std::size_t i : {0U, 2U, 4U}) {
     const RegisteredFrame registered = fusion.registration.apply(frames[i], {});
-    const std::vector<PanopticId> labels = patches(registered, frames[i].index);
+    const std::vector<LabelSlot> labels = patches(registered, frames[i].index);
     fusion.add_labels(frames[i]);
     for (auto& [slot, voxels] : naive) {  // which blocks a frame concerns is for the tests of integration
       if (fusion.map.changed_at(slot) != fusion.map.epoch()) continue;

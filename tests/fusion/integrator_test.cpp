@@ -34,10 +34,10 @@ std::vector<Frame> orbit(int frames) {
   return result;
 }
 
-std::vector<PanopticId> labels_of(const RegisteredFrame& frame) {
-  std::vector<PanopticId> labels;
+std::vector<LabelSlot> labels_of(const RegisteredFrame& frame) {
+  std::vector<LabelSlot> labels;
   for (const std::uint16_t s : frame.segment)
-    labels.push_back(s == RegisteredFrame::kNoSegment ? PanopticId::kNoVote : static_cast<PanopticId>(s * 2));
+    labels.push_back(s == RegisteredFrame::kNoSegment ? LabelSlot::kNoVote : static_cast<LabelSlot>(s * 2));
   return labels;
 }
 
@@ -71,7 +71,7 @@ struct NaiveVoxel {
   bool colored = false;
 
   // Eq. 6-7 and 9-11; the mean of Eq. 6 for colours too.
-  void observe(double d, double w, PanopticId id, std::uint32_t color) {
+  void observe(double d, double w, LabelSlot id, std::uint32_t color) {
     for (std::size_t c = 0; c < 3 && color != 0; ++c) {
       const double value = color >> (16 - 8 * c) & 0xFF;
       rgb[c] = colored ? (weight * rgb[c] + w * value) / (weight + w) : value;
@@ -79,7 +79,7 @@ struct NaiveVoxel {
     colored |= color != 0;
     distance = (weight * distance + w * d) / (weight + w);
     weight += w;
-    if (id == PanopticId::kNoVote) return;
+    if (id == LabelSlot::kNoVote) return;
     if (number(id) == label) {
       label_weight += w;
     } else if (w > label_weight) {
@@ -92,7 +92,7 @@ struct NaiveVoxel {
 };
 
 // Eq. 6-11 for every voxel of a block, by projecting its centre.
-void observe_naively(const Frame& frame, const RegisteredFrame& registered, const std::vector<PanopticId>& labels, BlockIndex b,
+void observe_naively(const Frame& frame, const RegisteredFrame& registered, const std::vector<LabelSlot>& labels, BlockIndex b,
                      std::vector<NaiveVoxel>& voxels) {
   const Pose camera_from_world = frame.world_from_camera.inverse();
   for (int i = 0; i < kBlockVoxels; ++i) {
@@ -145,7 +145,7 @@ TEST(Integrator, TheBlocksItTouchesHoldNearlyAllVoxelsOfTheBand) {
   const Frame frame = orbit(1)[0];
   Registration registration({});
   const RegisteredFrame& registered = registration.apply(frame, {});
-  const std::vector<PanopticId> labels(registered.depth.size(), PanopticId::kNoVote);
+  const std::vector<LabelSlot> labels(registered.depth.size(), LabelSlot::kNoVote);
   VoxelMap map({kVoxel_m, 4});
   Integrator({}, map).integrate(frame, registered, labels, map);
   std::size_t inside = 0;
@@ -217,7 +217,7 @@ double distance_to_surface(const Vec3d& p) { return std::min(std::abs(p.norm() -
 
 struct SurfaceError {
   double mean_m = 0;
-  std::map<std::array<int, 3>, PanopticId> label_at;  // by voxel
+  std::map<std::array<int, 3>, LabelSlot> label_at;  // by voxel
 };
 
 SurfaceError surface_error(const VoxelMap& map) {
@@ -235,12 +235,12 @@ SurfaceError surface_error(const VoxelMap& map) {
 }
 
 // Labels that are the same from every side: the ball is 3, the floor 5.
-std::vector<PanopticId> labels_by_surface(const Frame& frame) {
-  std::vector<PanopticId> labels(frame.depth.size() + 1, PanopticId::kNoVote);
+std::vector<LabelSlot> labels_by_surface(const Frame& frame) {
+  std::vector<LabelSlot> labels(frame.depth.size() + 1, LabelSlot::kNoVote);
   for (int v = 0; v < frame.depth.height(); ++v) {
     for (int u = 0; u < frame.depth.width(); ++u) {
       const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-      labels[static_cast<std::size_t>(v) * frame.depth.width() + u] = p.y() > 0.599 ? PanopticId{5} : PanopticId{3};
+      labels[static_cast<std::size_t>(v) * frame.depth.width() + u] = p.y() > 0.599 ? LabelSlot{5} : LabelSlot{3};
     }
   }
   return labels;
@@ -320,7 +320,7 @@ TEST(Integrator, PixelsWithoutAVoteLeaveLabelsAlone) {
   Integrator integrator({}, map);
   Registration registration({});
   const RegisteredFrame& registered = registration.apply(frames[0], {});
-  integrator.integrate(frames[0], registered, std::vector<PanopticId>(registered.depth.size(), PanopticId::kNoVote), map);
+  integrator.integrate(frames[0], registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot::kNoVote), map);
   ASSERT_GT(map.block_count(), 0U);
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     for (const float w : map.block(slot).label_weight) ASSERT_EQ(w, 0);

@@ -14,7 +14,7 @@ namespace {
 
 struct Pixels {
   std::vector<std::uint16_t> segment;
-  std::vector<PanopticId> reference;
+  std::vector<LabelSlot> reference;
 };
 
 // Runs of 1 to `longest` pixels; values from a handful, so that borders of the two images often fall together.
@@ -28,7 +28,7 @@ Pixels random_pixels(std::size_t count, unsigned longest, std::uint32_t seed) {
     if (random() % 2 == 0) reference = static_cast<std::uint16_t>(random() % 9);
     for (auto n = 1 + random() % longest; n > 0 && pixels.segment.size() < count; --n) {
       pixels.segment.push_back(segment);
-      pixels.reference.push_back(static_cast<PanopticId>(reference));
+      pixels.reference.push_back(static_cast<LabelSlot>(reference));
     }
   }
   return pixels;
@@ -41,7 +41,7 @@ std::vector<LabelRun> naive_runs(const Pixels& pixels, PixelRange range) {
         i > range.begin && pixels.segment[i] == pixels.segment[i - 1] && pixels.reference[i] == pixels.reference[i - 1];
     if (!same) runs.push_back({i, pixels.segment[i], pixels.reference[i]});
   }
-  runs.push_back({range.end, 0, PanopticId::kUnknown});
+  runs.push_back({range.end, 0, LabelSlot::kUnknown});
   return runs;
 }
 
@@ -70,10 +70,10 @@ TEST(LabelRuns, GiveTheSameLabelsAtAnyThreadCount) {
     set_thread_count(threads);
     ObjectRegistry objects(labels.first_thing());
     LabelTracker tracker({}, labels);
-    std::vector<PanopticId> result;
+    std::vector<LabelSlot> result;
     for (const std::size_t count : {30000UL, 90UL, 7UL}) {
       Pixels pixels = random_pixels(count, 30, 5);
-      for (PanopticId& id : pixels.reference) id = static_cast<PanopticId>(number(id) + labels.first_thing() - 2);
+      for (LabelSlot& id : pixels.reference) id = static_cast<LabelSlot>(number(id) + labels.first_thing() - 2);
       for (int known = 0; known < 7; ++known) objects.create();
       RegisteredFrame frame;
       frame.width = static_cast<int>(count);
@@ -82,13 +82,13 @@ TEST(LabelRuns, GiveTheSameLabelsAtAnyThreadCount) {
       frame.segment.push_back(RegisteredFrame::kNoSegment);
       const auto& ids = tracker.assign(frame, segments, pixels.reference, 1, objects);
       EXPECT_EQ(ids.size(), count + 1);
-      EXPECT_EQ(ids.back(), PanopticId::kNoVote);
+      EXPECT_EQ(ids.back(), LabelSlot::kNoVote);
       result.insert(result.end(), ids.begin(), ids.end());
-      for (const std::uint32_t area : tracker.segment_areas_px()) result.push_back(static_cast<PanopticId>(area));
+      for (const std::uint32_t area : tracker.segment_areas_px()) result.push_back(static_cast<LabelSlot>(area));
     }
     return result;
   };
-  const std::vector<PanopticId> alone = all_labels(1);
+  const std::vector<LabelSlot> alone = all_labels(1);
   EXPECT_EQ(all_labels(2), alone);
   EXPECT_EQ(all_labels(5), alone);
   set_thread_count(0);

@@ -30,13 +30,13 @@ RegisteredFrame registered_with(std::vector<std::uint16_t> segment) {
 Segment chair(float score = 0.9F) { return {ClassId{3}, score, {{ClassId{3}, 1.0F}}}; }
 Segment wall() { return {ClassId{1}, 1.0F, {}}; }
 
-std::vector<PanopticId> filled(PanopticId id) { return std::vector<PanopticId>(kWidth * kHeight, id); }
+std::vector<LabelSlot> filled(LabelSlot id) { return std::vector<LabelSlot>(kWidth * kHeight, id); }
 
 // Eq. 3-5 with sets of pixels, as the paper writes them.
-std::vector<PanopticId> naive_tracking(const RegisteredFrame& frame, const std::vector<Segment>& segments,
-                                       const std::vector<PanopticId>& reference, const LabelSet& labels, std::uint16_t next_id) {
-  std::map<std::size_t, std::set<std::size_t>> mask;          // {u | L_t(u) = z}
-  std::map<PanopticId, std::set<std::size_t>> object_pixels;  // {u | L~_{t-1}(u) = z~}
+std::vector<LabelSlot> naive_tracking(const RegisteredFrame& frame, const std::vector<Segment>& segments,
+                                      const std::vector<LabelSlot>& reference, const LabelSet& labels, std::uint16_t next_id) {
+  std::map<std::size_t, std::set<std::size_t>> mask;         // {u | L_t(u) = z}
+  std::map<LabelSlot, std::set<std::size_t>> object_pixels;  // {u | L~_{t-1}(u) = z~}
   for (std::size_t i = 0; i < reference.size(); ++i) {
     if (frame.segment[i] == RegisteredFrame::kNoSegment) continue;
     if (frame.segment[i] > 0) mask[frame.segment[i] - 1U].insert(i);
@@ -47,11 +47,11 @@ std::vector<PanopticId> naive_tracking(const RegisteredFrame& frame, const std::
     if (labels.is_thing(segments[s].class_id)) order.push_back(s);
   }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return mask[a].size() > mask[b].size(); });
-  std::map<std::size_t, PanopticId> assigned;
-  std::set<PanopticId> taken;
+  std::map<std::size_t, LabelSlot> assigned;
+  std::set<LabelSlot> taken;
   for (const std::size_t s : order) {
     double best = 0.25;
-    std::optional<PanopticId> match;
+    std::optional<LabelSlot> match;
     for (const auto& [id, pixels] : object_pixels) {
       if (taken.contains(id)) continue;
       double both = 0;
@@ -62,15 +62,15 @@ std::vector<PanopticId> naive_tracking(const RegisteredFrame& frame, const std::
         match = id;
       }
     }
-    assigned[s] = match.value_or(PanopticId{next_id});
+    assigned[s] = match.value_or(LabelSlot{next_id});
     if (!match) next_id++;
     taken.insert(assigned[s]);
   }
-  std::vector<PanopticId> result;
+  std::vector<LabelSlot> result;
   for (const std::uint16_t value : frame.segment) {
-    PanopticId id = PanopticId::kUnknown;
+    LabelSlot id = LabelSlot::kUnknown;
     if (value == RegisteredFrame::kNoSegment) {
-      id = PanopticId::kNoVote;
+      id = LabelSlot::kNoVote;
     } else if (value > 0 && labels.is_stuff(segments[value - 1U].class_id)) {
       id = LabelSet::of_class(segments[value - 1U].class_id);
     } else if (value > 0) {
@@ -92,7 +92,7 @@ TEST(LabelTracker, EqualsTheNaiveReferenceOnRandomFrames) {
     for (int s = 0; s < 6; ++s) segments.push_back(random() % 4 == 0 ? wall() : chair());
     // Blobs: coarse cells of pixels share their segment and mostly their object, so that IoUs spread over the threshold.
     std::vector<std::uint16_t> segment(kWidth * kHeight);
-    std::vector<PanopticId> reference(kWidth * kHeight);
+    std::vector<LabelSlot> reference(kWidth * kHeight);
     std::vector<std::uint16_t> cell_segment(48), cell_object(48);
     for (std::size_t c = 0; c < 48; ++c) {
       cell_segment[c] = static_cast<std::uint16_t>(random() % 7);
@@ -102,7 +102,7 @@ TEST(LabelTracker, EqualsTheNaiveReferenceOnRandomFrames) {
     for (std::size_t i = 0; i < segment.size(); ++i) {
       const std::size_t cell = i % kWidth / 5 + i / kWidth / 5 * 8;
       segment[i] = random() % 50 == 0 ? RegisteredFrame::kNoSegment : cell_segment[cell];
-      reference[i] = static_cast<PanopticId>(cell_object[cell]);
+      reference[i] = static_cast<LabelSlot>(cell_object[cell]);
     }
     const RegisteredFrame frame = registered_with(segment);
     const auto expected = naive_tracking(frame, segments, reference, labels, static_cast<std::uint16_t>(4 + known));
@@ -114,48 +114,48 @@ TEST(LabelTracker, EqualsTheNaiveReferenceOnRandomFrames) {
 TEST(LabelTracker, WhatSaysLessThanTheMapConfirmsTheMap) {
   const LabelSet labels = test::test_labels();
   ObjectRegistry objects(labels.first_thing());
-  const PanopticId unnamed = *objects.create();
-  const PanopticId named = *objects.create();
+  const LabelSlot unnamed = *objects.create();
+  const LabelSlot named = *objects.create();
   objects.observe(named, chair(), 1);
   Segment chairs = chair();
   chairs.is_whole_class = true;
   // Three rows of segments (unknown, whole class, wall) over three columns of what the map knows.
   std::vector<std::uint16_t> segment(kWidth * kHeight, RegisteredFrame::kNoSegment);
-  std::vector<PanopticId> reference(kWidth * kHeight, PanopticId::kUnknown);
+  std::vector<LabelSlot> reference(kWidth * kHeight, LabelSlot::kUnknown);
   for (std::size_t i = 0; i < 9; ++i) {
     segment[i] = static_cast<std::uint16_t>(i / 3);
-    reference[i] = i % 3 == 0 ? PanopticId::kUnknown : i % 3 == 1 ? unnamed : named;
+    reference[i] = i % 3 == 0 ? LabelSlot::kUnknown : i % 3 == 1 ? unnamed : named;
   }
   LabelTracker tracker({}, labels);
   const auto& ids = tracker.assign(registered_with(segment), std::vector<Segment>{chairs, wall()}, reference, 2, objects);
-  const PanopticId any_chair = LabelSet::of_class(chairs.class_id);
-  const PanopticId of_wall = LabelSet::of_class(wall().class_id);
-  const std::vector<PanopticId> expected = {
-      PanopticId::kUnknown, unnamed, PanopticId::kUnknown, any_chair, any_chair, named, of_wall, of_wall, of_wall};
-  EXPECT_EQ(std::vector<PanopticId>(ids.begin(), ids.begin() + 9), expected);
-  EXPECT_EQ(ids[9], PanopticId::kNoVote);
+  const LabelSlot any_chair = LabelSet::of_class(chairs.class_id);
+  const LabelSlot of_wall = LabelSet::of_class(wall().class_id);
+  const std::vector<LabelSlot> expected = {
+      LabelSlot::kUnknown, unnamed, LabelSlot::kUnknown, any_chair, any_chair, named, of_wall, of_wall, of_wall};
+  EXPECT_EQ(std::vector<LabelSlot>(ids.begin(), ids.begin() + 9), expected);
+  EXPECT_EQ(ids[9], LabelSlot::kNoVote);
 }
 
 TEST(LabelTracker, NoObjectIsTakenTwice) {
   const LabelSet labels = test::test_labels();
   ObjectRegistry objects(labels.first_thing());
-  const PanopticId object = *objects.create();
+  const LabelSlot object = *objects.create();
   std::vector<std::uint16_t> segment(kWidth * kHeight);
   for (std::size_t i = 0; i < segment.size(); ++i) segment[i] = i < segment.size() * 6 / 10 ? 1 : 2;
   LabelTracker tracker({}, labels);
   const auto& ids = tracker.assign(registered_with(segment), std::vector{chair(), chair()}, filled(object), 0, objects);
   EXPECT_EQ(ids.front(), object) << "the larger mask chooses first";
-  EXPECT_EQ(ids[segment.size() - 1], PanopticId{5}) << "the smaller one overlaps by IoU 0.4 but the object is taken";
+  EXPECT_EQ(ids[segment.size() - 1], LabelSlot{5}) << "the smaller one overlaps by IoU 0.4 but the object is taken";
 }
 
 TEST(LabelTracker, AnIouAtTheThresholdIsNotEnough) {
   const LabelSet labels = test::test_labels();
   ObjectRegistry objects(labels.first_thing());
-  const PanopticId object = *objects.create();
+  const LabelSlot object = *objects.create();
   std::vector<std::uint16_t> segment(kWidth * kHeight, 0);
   std::fill_n(segment.begin(), segment.size() / 4, std::uint16_t{1});
   LabelTracker tracker({}, labels);
-  EXPECT_EQ(tracker.assign(registered_with(segment), std::vector{chair()}, filled(object), 0, objects).front(), PanopticId{5});
+  EXPECT_EQ(tracker.assign(registered_with(segment), std::vector{chair()}, filled(object), 0, objects).front(), LabelSlot{5});
   segment[segment.size() / 4] = 1;
   EXPECT_EQ(tracker.assign(registered_with(segment), std::vector{chair()}, filled(object), 1, objects).front(), object);
 }
@@ -165,7 +165,7 @@ TEST(LabelTracker, AThingHiddenFromTheDepthCameraMakesNoObject) {
   ObjectRegistry objects(labels.first_thing());
   LabelTracker tracker({}, labels);
   tracker.assign(registered_with(std::vector<std::uint16_t>(kWidth * kHeight, 0)), std::vector{chair()},
-                 filled(PanopticId::kUnknown), 0, objects);
+                 filled(LabelSlot::kUnknown), 0, objects);
   EXPECT_EQ(objects.count(), 0U);
 }
 
@@ -176,8 +176,8 @@ TEST(LabelTracker, WhenIdsRunOutTheRestHasNoVote) {
   }
   LabelTracker tracker({}, labels);
   const auto& ids = tracker.assign(registered_with(std::vector<std::uint16_t>(kWidth * kHeight, 1)), std::vector{chair()},
-                                   filled(PanopticId::kUnknown), 0, objects);
-  EXPECT_EQ(ids.front(), PanopticId::kNoVote);
+                                   filled(LabelSlot::kUnknown), 0, objects);
+  EXPECT_EQ(ids.front(), LabelSlot::kNoVote);
 }
 
 TEST(LabelTracker, GathersEvidenceForTheAssignedObject) {
@@ -185,15 +185,15 @@ TEST(LabelTracker, GathersEvidenceForTheAssignedObject) {
   ObjectRegistry objects(labels.first_thing());
   LabelTracker tracker({}, labels);
   const RegisteredFrame frame = registered_with(std::vector<std::uint16_t>(kWidth * kHeight, 1));
-  tracker.assign(frame, std::vector{chair(0.5F)}, filled(PanopticId::kUnknown), 3, objects);
-  tracker.assign(frame, std::vector{chair(0.25F)}, filled(PanopticId{4}), 9, objects);
-  const Object* object = objects.find(PanopticId{4});
+  tracker.assign(frame, std::vector{chair(0.5F)}, filled(LabelSlot::kUnknown), 3, objects);
+  tracker.assign(frame, std::vector{chair(0.25F)}, filled(LabelSlot{4}), 9, objects);
+  const Object* object = objects.find(LabelSlot{4});
   ASSERT_NE(object, nullptr);
   EXPECT_EQ(object->observations, 2U);
   EXPECT_EQ(object->first_frame, 3);
   EXPECT_EQ(object->last_frame, 9);
   EXPECT_DOUBLE_EQ(object->score_sum, 0.75);
-  EXPECT_EQ(objects.class_of(PanopticId{4}), ClassId{3});
+  EXPECT_EQ(objects.class_of(LabelSlot{4}), ClassId{3});
 }
 
 }  // namespace

@@ -45,8 +45,8 @@ struct World {
   explicit World(const MaintenanceOptions& options = {}, LabelSet label_set = labels())
       : maintenance(options, std::move(label_set)) {}
 
-  PanopticId seen(ClassId class_id, int times = 20, const std::vector<ClassProbability>& probabilities = {}) {
-    const PanopticId id = *objects.create();
+  LabelSlot seen(ClassId class_id, int times = 20, const std::vector<ClassProbability>& probabilities = {}) {
+    const LabelSlot id = *objects.create();
     for (int t = 0; t < times; ++t) objects.observe(id, {class_id, 0.5F, probabilities}, t);
     return id;
   }
@@ -55,7 +55,7 @@ struct World {
   void finish(std::uint64_t frames = kFrames) { maintenance.finish(map, objects, {kUp, kLastFrame, frames}); }
 
   // The surface label of a place (at the voxel that holds it).
-  PanopticId at(const Vec3d& p) const {
+  LabelSlot at(const Vec3d& p) const {
     const SurfaceVoxels surface(map);
     for (std::uint32_t i = 0; i < surface.size(); ++i) {
       if ((place_m(surface[i], map.voxel_size_m()) - p).cwiseAbs().maxCoeff() <= 0.5 * map.voxel_size_m()) {
@@ -63,17 +63,17 @@ struct World {
       }
     }
     ADD_FAILURE() << "no surface at " << p.transpose();
-    return PanopticId::kNoVote;
+    return LabelSlot::kNoVote;
   }
 
-  std::size_t count(PanopticId id) const {
+  std::size_t count(LabelSlot id) const {
     const VoxelsByLabel voxels = SurfaceVoxels(map).by_label();
     const auto found = voxels.find(id);
     return found == voxels.end() ? 0 : found->second.size();
   }
 
-  std::set<PanopticId> ids() const {
-    std::set<PanopticId> result;
+  std::set<LabelSlot> ids() const {
+    std::set<LabelSlot> result;
     for (const auto& [id, voxels] : SurfaceVoxels(map).by_label()) {
       if (number(id) >= kFirst) result.insert(id);
     }
@@ -81,10 +81,10 @@ struct World {
   }
 };
 
-inline PanopticId stuff(ClassId id) { return LabelSet::of_class(id); }
+inline LabelSlot stuff(ClassId id) { return LabelSet::of_class(id); }
 
-inline Solid table_top(PanopticId label) { return solid_box({-0.6, -0.4, 0.55}, {0.6, 0.4, 0.7}, label); }
-inline Solid box_on_table(PanopticId label) { return solid_box({0, 0, 0.6}, {0.2, 0.2, 0.9}, label); }
+inline Solid table_top(LabelSlot label) { return solid_box({-0.6, -0.4, 0.55}, {0.6, 0.4, 0.7}, label); }
+inline Solid box_on_table(LabelSlot label) { return solid_box({0, 0, 0.6}, {0.2, 0.2, 0.9}, label); }
 
 inline void add_to(World& world, const std::vector<Solid>& solids) {
   add_solids(world.map, solids, {-1.2, -0.9, -0.2}, {1.2, 0.9, 1.2});

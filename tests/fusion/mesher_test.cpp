@@ -54,7 +54,7 @@ VoxelMap fused_ball(double radius) {
         const Frame frame = test::render(test::sphere({0.011, 0.017, 0.005}, radius), test::small_camera(320, 240),
                                          test::look_at(eye, {0.011, 0.017, 0.005}));
         const RegisteredFrame& registered = registration.apply(frame, {});
-        integrator.integrate(frame, registered, std::vector<PanopticId>(registered.depth.size(), PanopticId{1}), map);
+        integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot{1}), map);
       }
     }
   }
@@ -122,7 +122,7 @@ TEST(Mesher, AFusedBallHasTheRightSizeAndFacesOutwards) {
     ASSERT_NEAR((v.position - center).norm(), 0.5, 0.012);
     ASSERT_NEAR(v.normal.norm(), 1, 1e-5);
     ASSERT_GT(v.normal.dot((v.position - center).normalized()), 0.8F);
-    ASSERT_EQ(v.panoptic_id, PanopticId{1});
+    ASSERT_EQ(v.panoptic_id, LabelSlot{1});
     ASSERT_EQ(v.class_id, ClassId{1});
   }
 }
@@ -167,7 +167,7 @@ TEST(Mesher, AnUpdateOfWhatChangedEqualsAFreshMesh) {
     const Frame frame = test::render(test::sphere({0, 0, 0}, 0.5), test::small_camera(),
                                      test::look_at({1.5 * std::cos(i * 0.3), 0.2 * i, 1.5 * std::sin(i * 0.3)}, {0, 0, 0}), i);
     const RegisteredFrame& registered = registration.apply(frame, {});
-    integrator.integrate(frame, registered, std::vector<PanopticId>(registered.depth.size(), PanopticId{1}), map);
+    integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot{1}), map);
     incremental.update(map);
   }
   EXPECT_EQ(incremental.update(map), 0U) << "nothing changed, nothing to do";
@@ -205,7 +205,7 @@ TEST(Mesher, ObjectsGetTheClassOfTheirEvidence) {
   const Mesh mesh = mesher.assemble(map, objects, test::test_labels());
   ASSERT_FALSE(mesh.vertices.empty());
   EXPECT_EQ(mesh.vertices[0].class_id, ClassId{3});
-  EXPECT_EQ(mesh.vertices[0].panoptic_id, PanopticId{4});
+  EXPECT_EQ(mesh.vertices[0].panoptic_id, LabelSlot{4});
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ using test::pid;
 using test::solid_box;
 using test::strewn_map;
 
-using Shares = std::map<std::pair<PanopticId, PanopticId>, double>;
+using Shares = std::map<std::pair<LabelSlot, LabelSlot>, double>;
 
 Shares shares_of(const std::vector<Contact>& contacts) {
   Shares result;
@@ -40,10 +40,10 @@ double naive_share(const std::vector<std::uint32_t>& part, const std::vector<std
   return static_cast<double>(count) / static_cast<double>(part.size());
 }
 
-Shares naive_contacts(const std::vector<PanopticId>& ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface, int reach) {
+Shares naive_contacts(const std::vector<LabelSlot>& ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface, int reach) {
   Shares result;
-  for (const PanopticId a : ids) {
-    for (const PanopticId b : ids) {
+  for (const LabelSlot a : ids) {
+    for (const LabelSlot b : ids) {
       const std::size_t size_a = voxels.at(a).size();
       const std::size_t size_b = voxels.at(b).size();
       const bool a_is_smaller = size_a < size_b || (size_a == size_b && a > b);
@@ -65,7 +65,7 @@ TEST(Contacts, AreThoseOfASearchThroughAllPairs) {
     const VoxelMap map = strewn_map(0.012, 9, seed);
     const SurfaceVoxels surface(map);
     const VoxelsByLabel voxels = surface.by_label();
-    const std::vector<PanopticId> ids = {pid(1), pid(2), pid(4), pid(5), pid(8)};
+    const std::vector<LabelSlot> ids = {pid(1), pid(2), pid(4), pid(5), pid(8)};
     for (const int reach : {1, 2, 3, 5}) {
       const std::vector<Contact> contacts = contacts_between(ids, voxels, surface, reach);
       EXPECT_EQ(shares_of(contacts), naive_contacts(ids, voxels, surface, reach)) << "reach " << reach;
@@ -82,7 +82,7 @@ TEST(Contacts, AreMeasuredFromTheSmallerObject) {
               solid_box({-0.6, 0, 0}, {-0.3, 0.3, 0.3}, pid(52))},
              Vec3d::Constant(-0.7), Vec3d::Constant(0.7));
   const SurfaceVoxels surface(map);
-  const std::vector<PanopticId> ids = {pid(50), pid(51), pid(52)};
+  const std::vector<LabelSlot> ids = {pid(50), pid(51), pid(52)};
   const Shares shares = shares_of(contacts_between(ids, surface.by_label(), surface, 2));
   ASSERT_EQ(shares.size(), 1U) << "the third is far away";
   const auto& [pair, share] = *shares.begin();
@@ -101,7 +101,7 @@ TEST(Contacts, BetweenTwinsTheYoungerIsTheSmaller) {
     block.label[v] = static_cast<std::uint16_t>(x == 4 ? 90 : 80);
   }
   const SurfaceVoxels surface(map);
-  const std::vector<PanopticId> ids = {pid(80), pid(90)};
+  const std::vector<LabelSlot> ids = {pid(80), pid(90)};
   const std::vector<Contact> contacts = contacts_between(ids, surface.by_label(), surface, 1);
   ASSERT_EQ(contacts.size(), 1U);
   EXPECT_EQ(contacts[0].smaller, pid(90));
@@ -113,10 +113,10 @@ TEST(Contacts, AreTheSameAtAnyThreadCountWithHundredsOfObjects) {
   const VoxelMap map = strewn_map(0.1, 700, 9);
   const SurfaceVoxels surface(map);
   const VoxelsByLabel voxels = surface.by_label();
-  std::vector<PanopticId> ids;
+  std::vector<LabelSlot> ids;
   for (const auto& [id, own] : voxels) ids.push_back(id);
   ASSERT_EQ(ids.size(), 700U);
-  std::vector<std::vector<std::tuple<PanopticId, PanopticId, double>>> runs;
+  std::vector<std::vector<std::tuple<LabelSlot, LabelSlot, double>>> runs;
   for (const int threads : {1, 2}) {
     set_thread_count(threads);
     auto& run = runs.emplace_back();
@@ -131,7 +131,7 @@ TEST(Contacts, OfNoObjectsAreNone) {
   const VoxelMap map = strewn_map(0.01, 3, 4);
   const SurfaceVoxels surface(map);
   EXPECT_TRUE(contacts_between({}, surface.by_label(), surface, 3).empty());
-  const std::vector<PanopticId> alone = {pid(1)};
+  const std::vector<LabelSlot> alone = {pid(1)};
   EXPECT_TRUE(contacts_between(alone, surface.by_label(), surface, 3).empty());
 }
 

@@ -25,15 +25,15 @@ using test::solid_ground;
 using test::stuff;
 using test::World;
 
-PanopticId add_long_thing(World& world, double length_m, const std::vector<ClassProbability>& probabilities) {
-  const PanopticId id = world.seen(kBag, 20, probabilities);
+LabelSlot add_long_thing(World& world, double length_m, const std::vector<ClassProbability>& probabilities) {
+  const LabelSlot id = world.seen(kBag, 20, probabilities);
   add_to(world, {solid_box({-1, 0, 0}, {-1 + length_m, 0.4, 0.4}, id)});
   return id;
 }
 
 TEST(ObjectMaintenance, ALongBagThatMayBeASofaBecomesASofa) {
   World world;
-  const PanopticId id = add_long_thing(world, 1.8, maybe_a_sofa(0.2F));
+  const LabelSlot id = add_long_thing(world, 1.8, maybe_a_sofa(0.2F));
   EXPECT_EQ(world.objects.class_of(id), kBag);
   world.run();
   EXPECT_EQ(world.objects.class_of(id), kBag) << "while it grows nothing is ruled out";
@@ -44,7 +44,7 @@ TEST(ObjectMaintenance, ALongBagThatMayBeASofaBecomesASofa) {
 
 TEST(ObjectMaintenance, AShortBagThatMayBeASofaStaysABag) {
   World world;
-  const PanopticId id = add_long_thing(world, 0.6, maybe_a_sofa(0.4F));
+  const LabelSlot id = add_long_thing(world, 0.6, maybe_a_sofa(0.4F));
   world.finish();
   EXPECT_EQ(world.objects.class_of(id), kBag);
 }
@@ -52,7 +52,7 @@ TEST(ObjectMaintenance, AShortBagThatMayBeASofaStaysABag) {
 // 1.1 m is too long for a bag, but no other class is known, and the outline may be wrong.
 TEST(ObjectMaintenance, ABagSomewhatTooLongThatCanBeNothingElseStaysABag) {
   World world;
-  const PanopticId id = add_long_thing(world, 1.1, {{kBag, 1}});
+  const LabelSlot id = add_long_thing(world, 1.1, {{kBag, 1}});
   world.finish();
   EXPECT_EQ(world.objects.class_of(id), kBag);
   EXPECT_EQ(world.ids(), std::set{id});
@@ -60,14 +60,14 @@ TEST(ObjectMaintenance, ABagSomewhatTooLongThatCanBeNothingElseStaysABag) {
 
 TEST(ObjectMaintenance, AnAbsurdlyLongBagThatCanBeNothingElseIsNoObject) {
   World world;
-  const PanopticId id = add_long_thing(world, 2.0, {{kBag, 1}});
+  const LabelSlot id = add_long_thing(world, 2.0, {{kBag, 1}});
   world.finish();
   EXPECT_FALSE(world.ids().contains(id));
 }
 
 TEST(ObjectMaintenance, DropsStrayPiecesAndFillsThemFromAroundThem) {
   World world;
-  const PanopticId chair = world.seen(kChair);
+  const LabelSlot chair = world.seen(kChair);
   add_to(world, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({-0.8, -0.4, -0.1}, {-0.4, 0, 0.4}, chair)});
   SurfaceVoxels surface(world.map);
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
@@ -89,8 +89,8 @@ TEST(ObjectMaintenance, DropsStrayPiecesAndFillsThemFromAroundThem) {
 TEST(ObjectMaintenance, DropsRarelySeenObjectsAndFillsThem) {
   for (const int times : {5, 6}) {
     World world(MaintenanceOptions{.floor_height_m = 0});
-    const PanopticId rare = world.seen(kChair, times);
-    const PanopticId often = world.seen(kSofa, 50);
+    const LabelSlot rare = world.seen(kChair, times);
+    const LabelSlot often = world.seen(kSofa, 50);
     add_to(world, {solid_box({-0.6, 0, 0}, {0, 0.6, 0.4}, often), solid_box({-0.4, 0.2, 0.2}, {-0.2, 0.4, 0.41}, rare)});
     ASSERT_EQ(world.at({-0.3, 0.3, 0.41}), rare);
     world.finish();
@@ -101,7 +101,7 @@ TEST(ObjectMaintenance, DropsRarelySeenObjectsAndFillsThem) {
 TEST(ObjectMaintenance, AsksForFewerObservationsInShortRecordings) {
   for (const std::uint64_t frames : {35U, 105U}) {  // 1 of 35: once, three times
     World world;
-    const PanopticId twice = world.seen(kChair, 2);
+    const LabelSlot twice = world.seen(kChair, 2);
     add_to(world, {solid_box({0, 0, 0}, {0.4, 0.4, 0.4}, twice)});
     world.finish(frames);
     EXPECT_EQ(world.ids().contains(twice), frames == 35);
@@ -111,7 +111,7 @@ TEST(ObjectMaintenance, AsksForFewerObservationsInShortRecordings) {
 // What nothing surrounds becomes unknown, and what is unknown and large a thing without a class.
 TEST(ObjectMaintenance, ADroppedObjectThatStandsAloneIsNoLongerThatObject) {
   World world;
-  const PanopticId rare = world.seen(kChair, 1);
+  const LabelSlot rare = world.seen(kChair, 1);
   add_to(world, {solid_box({0, 0, 0}, {0.1, 0.1, 0.1}, rare), solid_box({-0.8, 0, 0}, {-0.2, 0.4, 0.4}, rare)});
   world.finish();
   EXPECT_EQ(world.count(rare), 0U);
@@ -119,7 +119,7 @@ TEST(ObjectMaintenance, ADroppedObjectThatStandsAloneIsNoLongerThatObject) {
 
 TEST(ObjectMaintenance, LevelsTheFloor) {
   World world;
-  const PanopticId chair = world.seen(kChair);
+  const LabelSlot chair = world.seen(kChair);
   add_to(world, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({-0.4, -0.4, -0.1}, {0, 0, 0.4}, chair)});
   SurfaceVoxels surface(world.map);
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
@@ -136,14 +136,14 @@ TEST(ObjectMaintenance, LevelsTheFloor) {
 
 TEST(ObjectMaintenance, NamesLargeUnknownRegionsAndNotSmallOnes) {
   World world;
-  add_to(world, {solid_box({-0.6, 0, 0}, {-0.2, 0.4, 0.4}, PanopticId::kUnknown),
-                 solid_box({0.3, 0, 0}, {0.4, 0.1, 0.1}, PanopticId::kUnknown)});
+  add_to(world, {solid_box({-0.6, 0, 0}, {-0.2, 0.4, 0.4}, LabelSlot::kUnknown),
+                 solid_box({0.3, 0, 0}, {0.4, 0.1, 0.1}, LabelSlot::kUnknown)});
   world.run();
   EXPECT_TRUE(world.ids().empty()) << "only at the end";
   world.finish();
   ASSERT_EQ(world.ids().size(), 1U);
   EXPECT_EQ(world.at({-0.4, 0.2, 0.4}), *world.ids().begin());
-  EXPECT_EQ(world.at({0.35, 0.05, 0.1}), PanopticId::kUnknown);
+  EXPECT_EQ(world.at({0.35, 0.05, 0.1}), LabelSlot::kUnknown);
   EXPECT_EQ(world.objects.find(*world.ids().begin())->observations, 0U);
 }
 
@@ -153,13 +153,13 @@ TEST(ObjectMaintenance, ThingsThatNoNetworkKnowsAreOfTheClassOther) {
   classes.push_back({ClassId{9 + 1}, "other", true, {}});
   for (const LabelSet& labels : {test::labels(), LabelSet("room", classes)}) {
     World world({}, labels);
-    const PanopticId chair = world.seen(kChair);
+    const LabelSlot chair = world.seen(kChair);
     add_to(world,
-           {solid_box({-1, 0, 0}, {-0.6, 0.4, 0.4}, chair), solid_box({0.2, -0.2, 0}, {0.8, 0.4, 0.4}, PanopticId::kUnknown)});
+           {solid_box({-1, 0, 0}, {-0.6, 0.4, 0.4}, chair), solid_box({0.2, -0.2, 0}, {0.8, 0.4, 0.4}, LabelSlot::kUnknown)});
     world.finish();
-    const std::set<PanopticId> ids = world.ids();
+    const std::set<LabelSlot> ids = world.ids();
     ASSERT_EQ(ids.size(), 2U);
-    const PanopticId thing = *std::next(ids.begin());
+    const LabelSlot thing = *std::next(ids.begin());
     const LabelClass* other = labels.find("other");
     EXPECT_EQ(world.objects.class_of(thing), other == nullptr ? ClassId::kUnknown : other->id);
     EXPECT_EQ(world.objects.find(thing)->observations, 0U);
@@ -171,8 +171,8 @@ TEST(ObjectMaintenance, ThingsThatNoNetworkKnowsAreOfTheClassOther) {
 // What it had of the surface went to others; the mesh must not find the rest of it.
 TEST(ObjectMaintenance, AnObjectThatHoldsNoSurfaceIsNoObject) {
   World world;
-  const PanopticId chair = world.seen(kChair);
-  const PanopticId behind = world.seen(kChair);
+  const LabelSlot chair = world.seen(kChair);
+  const LabelSlot behind = world.seen(kChair);
   add_to(world, {solid_box({-0.5, 0, 0}, {0.5, 0.4, 0.4}, chair)});
   for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
     VoxelBlock& block = world.map.block(slot);
@@ -190,7 +190,7 @@ TEST(ObjectMaintenance, AnObjectThatHoldsNoSurfaceIsNoObject) {
 TEST(ObjectMaintenance, DropsSmallThingsThatNoMaskEverShowed) {
   for (const double edge_m : {0.05, 0.3}) {
     World world;
-    const PanopticId thing = *world.objects.create();
+    const LabelSlot thing = *world.objects.create();
     add_to(world, {solid_box({0, 0, 0}, Vec3d::Constant(edge_m), thing)});
     world.finish();
     EXPECT_EQ(world.ids().contains(thing), edge_m == 0.3);

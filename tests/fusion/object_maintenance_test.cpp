@@ -31,14 +31,14 @@ using test::World;
 // All rules have something to do here.
 World busy_world(const MaintenanceOptions& options = {}) {
   World world(options);
-  const PanopticId chair = world.seen(kChair);
-  const PanopticId half = world.seen(kChair);
-  const PanopticId bag = world.seen(kBag, 20, maybe_a_sofa(0.3F));
-  const PanopticId rare = world.seen(kChair, 2);
+  const LabelSlot chair = world.seen(kChair);
+  const LabelSlot half = world.seen(kChair);
+  const LabelSlot bag = world.seen(kBag, 20, maybe_a_sofa(0.3F));
+  const LabelSlot rare = world.seen(kChair, 2);
   add_to(world, {solid_ground(kUp, -0.1, stuff(kFloor)), table_top(stuff(kTable)), box_on_table(stuff(kTable)),
                  solid_box({-1.1, -0.8, -0.2}, {-0.9, -0.6, 0.4}, chair), solid_box({-0.9, -0.8, -0.2}, {-0.8, -0.6, 0.4}, half),
                  solid_box({-1.1, 0.6, -0.2}, {0.9, 0.8, 0.3}, bag), solid_box({0.9, -0.6, -0.2}, {1, -0.5, 0}, rare),
-                 solid_box({0.3, -0.9, -0.2}, {0.7, -0.5, 0.3}, PanopticId::kUnknown)});
+                 solid_box({0.3, -0.9, -0.2}, {0.7, -0.5, 0.3}, LabelSlot::kUnknown)});
   return world;
 }
 
@@ -99,7 +99,7 @@ TEST(ObjectMaintenance, LeavesNoVoxelWithAnIdThatIsNoObject) {
     if (round < 2) world.run();
     if (round == 2) world.finish();
     const std::vector<bool> in_use = ids_in_use(world.map);
-    for (int id = kFirst; id < number(PanopticId::kNoVote); ++id) {
+    for (int id = kFirst; id < number(LabelSlot::kNoVote); ++id) {
       const bool is_object = world.objects.find(pid(id)) != nullptr;
       EXPECT_TRUE(is_object || !in_use[static_cast<std::size_t>(id)]) << id;
     }
@@ -113,7 +113,7 @@ TEST(ObjectMaintenance, GetsAlongWithAnEmptyMapAndWithAMapWithoutLabels) {
   empty.finish(0);
   EXPECT_EQ(empty.map.block_count(), 0U);
   World unlabelled;
-  add_to(unlabelled, {solid_ground(kUp, 0, PanopticId::kUnknown)});
+  add_to(unlabelled, {solid_ground(kUp, 0, LabelSlot::kUnknown)});
   unlabelled.run();
   EXPECT_TRUE(unlabelled.ids().empty());
   unlabelled.finish(0);
@@ -123,7 +123,7 @@ TEST(ObjectMaintenance, GetsAlongWithAnEmptyMapAndWithAMapWithoutLabels) {
 TEST(ObjectMaintenance, GetsAlongWithThousandsOfObjects) {
   World world;
   constexpr int kSide = 50;
-  std::vector<PanopticId> ids;
+  std::vector<LabelSlot> ids;
   for (int n = 0; n < kSide * kSide; ++n) ids.push_back(world.seen(n % 2 == 0 ? kChair : kBag, 6));
   for (std::int32_t b = 0; b < 13; ++b) {  // tiles of 4 voxels
     for (std::int32_t c = 0; c < 13; ++c) {
@@ -142,18 +142,18 @@ TEST(ObjectMaintenance, GetsAlongWithThousandsOfObjects) {
   }
   ASSERT_EQ(world.ids().size(), ids.size());
   world.run();
-  for (const PanopticId id : ids) ASSERT_NE(world.objects.find(world.objects.survivor(id)), nullptr);
-  for (const PanopticId id : world.ids()) ASSERT_NE(world.objects.find(id), nullptr);
+  for (const LabelSlot id : ids) ASSERT_NE(world.objects.find(world.objects.survivor(id)), nullptr);
+  for (const LabelSlot id : world.ids()) ASSERT_NE(world.objects.find(id), nullptr);
   EXPECT_LT(world.ids().size(), ids.size()) << "diagonal neighbours of a class lie against each other";
   world.finish();
-  for (const PanopticId id : world.ids()) ASSERT_NE(world.objects.find(id), nullptr);
+  for (const LabelSlot id : world.ids()) ASSERT_NE(world.objects.find(id), nullptr);
 }
 
 // Without a fresh id the thing stays with the table: no label is lost.
 TEST(ObjectMaintenance, CarvesNothingWhenAllIdsAreTaken) {
   World world;
   add_to(world, {table_top(stuff(kTable)), box_on_table(stuff(kTable)),
-                 solid_box({-1.1, -0.8, 0}, {-0.8, -0.5, 0.3}, PanopticId::kUnknown)});
+                 solid_box({-1.1, -0.8, 0}, {-0.8, -0.5, 0.3}, LabelSlot::kUnknown)});
   while (world.objects.create()) {
   }
   const std::uint64_t hash = world.map.hash();

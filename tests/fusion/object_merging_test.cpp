@@ -28,8 +28,8 @@ using test::World;
 
 // Two halves of one chair, side by side, the left one larger.
 struct Halves {
-  PanopticId larger;
-  PanopticId smaller;
+  LabelSlot larger;
+  LabelSlot smaller;
 };
 
 Halves add_halves(World& world, ClassId left, ClassId right, double gap_m = 0) {
@@ -72,7 +72,7 @@ TEST(ObjectMaintenance, DoesNotMergeWhatWasOftenSeenAsTwoMasksAtOnce) {
   for (const int together : {4, 5}) {  // of 20 observations each; the limit is a fifth
     World world;
     const Halves halves = add_halves(world, kChair, kChair);
-    const std::vector<PanopticId> both = {halves.smaller, halves.larger};
+    const std::vector<LabelSlot> both = {halves.smaller, halves.larger};
     for (int t = 0; t < together; ++t) world.maintenance.saw_together(both);
     world.run();
     EXPECT_EQ(world.ids().size(), together == 4 ? 1U : 2U);
@@ -83,9 +83,9 @@ TEST(ObjectMaintenance, DoesNotMergeWhatWasOftenSeenAsTwoMasksAtOnce) {
 // Being apart is inherited: what was told apart from a part was told apart from the whole.
 TEST(ObjectMaintenance, KeepsApartWhatWasSeenTogetherWithAMergedPart) {
   World world;
-  const PanopticId large = world.seen(kChair);
-  const PanopticId part = world.seen(kChair);
-  const PanopticId neighbour = world.seen(kChair);
+  const LabelSlot large = world.seen(kChair);
+  const LabelSlot part = world.seen(kChair);
+  const LabelSlot neighbour = world.seen(kChair);
   for (int t = 0; t < 15; ++t) world.maintenance.saw_together(std::vector{part, neighbour});
   add_to(world, {solid_box({-0.4, 0, 0}, {0, 0.4, 0.4}, large), solid_box({0, 0, 0}, {0.06, 0.4, 0.4}, part),
                  solid_box({0.06, 0, 0}, {0.18, 0.4, 0.4}, neighbour)});
@@ -98,7 +98,7 @@ TEST(ObjectMaintenance, KeepsApartWhatWasSeenTogetherWithAMergedPart) {
 
 TEST(ObjectMaintenance, MergesAChainOfPiecesAndEveryIdResolvesToTheSurvivor) {
   World world;
-  std::vector<PanopticId> pieces;
+  std::vector<LabelSlot> pieces;
   std::vector<Solid> solids;
   for (int n = 0; n < 6; ++n) {
     pieces.push_back(world.seen(kSofa));
@@ -107,7 +107,7 @@ TEST(ObjectMaintenance, MergesAChainOfPiecesAndEveryIdResolvesToTheSurvivor) {
   add_to(world, solids);
   world.finish();
   ASSERT_EQ(world.ids().size(), 1U);
-  for (const PanopticId piece : pieces) EXPECT_EQ(world.objects.survivor(piece), *world.ids().begin());
+  for (const LabelSlot piece : pieces) EXPECT_EQ(world.objects.survivor(piece), *world.ids().begin());
   EXPECT_EQ(world.objects.count(), 1U);
   EXPECT_EQ(world.objects.find(*world.ids().begin())->observations, 120U);
 }
@@ -115,10 +115,10 @@ TEST(ObjectMaintenance, MergesAChainOfPiecesAndEveryIdResolvesToTheSurvivor) {
 TEST(ObjectMaintenance, MakesABoxOnATableAnObjectThatKeepsItsId) {
   for (const bool told_apart : {false, true}) {
     World world;
-    const PanopticId table = told_apart ? world.seen(kTable) : stuff(kTable);
+    const LabelSlot table = told_apart ? world.seen(kTable) : stuff(kTable);
     add_to(world, {table_top(table), box_on_table(table)});
     world.run();
-    const PanopticId box = world.at({0.1, 0.1, 0.9});
+    const LabelSlot box = world.at({0.1, 0.1, 0.9});
     EXPECT_NE(box, table);
     ASSERT_NE(world.objects.find(box), nullptr);
     EXPECT_EQ(world.objects.class_of(box), ClassId::kUnknown);
@@ -138,11 +138,11 @@ TEST(ObjectMaintenance, GivesNewSurfaceOfACarvedThingToIt) {
   World world;
   add_to(world, {table_top(stuff(kTable)), box_on_table(stuff(kTable))});
   world.run();
-  const PanopticId box = world.at({0.1, 0.1, 0.9});
+  const LabelSlot box = world.at({0.1, 0.1, 0.9});
   SurfaceVoxels surface(world.map);
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
     const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
-    if (surface[i].label == box && p.x() > 0.12) surface.relabel(i, p.y() > 0.1 ? stuff(kTable) : PanopticId::kUnknown);
+    if (surface[i].label == box && p.x() > 0.12) surface.relabel(i, p.y() > 0.1 ? stuff(kTable) : LabelSlot::kUnknown);
   }
   surface.write_labels(world.map);
   world.run();
@@ -153,7 +153,7 @@ TEST(ObjectMaintenance, GivesNewSurfaceOfACarvedThingToIt) {
 
 TEST(ObjectMaintenance, LeavesThingsWithAClassOnTheTableAlone) {
   World world;
-  const PanopticId bag = world.seen(kBag);
+  const LabelSlot bag = world.seen(kBag);
   add_to(world, {table_top(stuff(kTable)), box_on_table(bag)});
   const std::size_t before = world.count(bag);
   world.run();
@@ -164,10 +164,10 @@ TEST(ObjectMaintenance, LeavesThingsWithAClassOnTheTableAlone) {
 TEST(ObjectMaintenance, ARarelySeenObjectOnATableIsAThingWithoutAClass) {
   for (const int times : {2, 20}) {
     World world;
-    const PanopticId bag = world.seen(kBag, times);
+    const LabelSlot bag = world.seen(kBag, times);
     add_to(world, {table_top(stuff(kTable)), box_on_table(bag)});
     world.finish();
-    const PanopticId thing = world.at({0.1, 0.1, 0.9});
+    const LabelSlot thing = world.at({0.1, 0.1, 0.9});
     EXPECT_EQ(thing == bag, times == 20);
     ASSERT_NE(world.objects.find(thing), nullptr);
     EXPECT_EQ(world.objects.class_of(thing), times == 20 ? kBag : ClassId::kUnknown);

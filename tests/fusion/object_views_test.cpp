@@ -44,10 +44,10 @@ TEST(RecordViews, KeepsTheBoxesOfTheLargestSightsOfEachObject) {
   for (std::size_t i = 0; i < expected.size(); ++i) objects.create();
   for (std::int64_t frame = 0; frame < 60; ++frame) {
     const Segmentation s = random_segmentation(random, expected.size());
-    std::vector<PanopticId> ids;
+    std::vector<LabelSlot> ids;
     std::vector<std::uint32_t> visible;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-      ids.push_back(static_cast<PanopticId>(kFirst + (i + static_cast<std::size_t>(frame)) % expected.size()));
+      ids.push_back(static_cast<LabelSlot>(kFirst + (i + static_cast<std::size_t>(frame)) % expected.size()));
       visible.push_back(
           static_cast<std::uint32_t>(std::count(s.segment_at.pixels().begin(), s.segment_at.pixels().end(), i + 1)));
       if (visible.back() == 0) continue;
@@ -57,7 +57,7 @@ TEST(RecordViews, KeepsTheBoxesOfTheLargestSightsOfEachObject) {
     record_views(s, {frame, ids, visible}, objects);
   }
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    const Object* object = objects.find(static_cast<PanopticId>(kFirst + i));
+    const Object* object = objects.find(static_cast<LabelSlot>(kFirst + i));
     EXPECT_EQ(object->best_views.views().size(), 3U);
     EXPECT_EQ(object->best_views, expected[i]);
   }
@@ -65,9 +65,9 @@ TEST(RecordViews, KeepsTheBoxesOfTheLargestSightsOfEachObject) {
 
 TEST(RecordViews, LeavesStuffAndTheUnseenAlone) {
   ObjectRegistry objects(kFirst);
-  const PanopticId chair = *objects.create();
+  const LabelSlot chair = *objects.create();
   const Segmentation s{Image<std::uint16_t>(4, 4, 1), {{ClassId{1}, 1, {}}, {kChair, 1, {}}, {kChair, 1, {}}}};
-  const std::vector<PanopticId> ids = {PanopticId{1}, chair, PanopticId::kNoVote};
+  const std::vector<LabelSlot> ids = {LabelSlot{1}, chair, LabelSlot::kNoVote};
   const std::vector<std::uint32_t> visible = {16, 0, 3};
   record_views(s, {0, ids, visible}, objects);
   EXPECT_TRUE(objects.find(chair)->best_views.views().empty());

@@ -12,16 +12,16 @@ namespace panoptic {
 namespace {
 
 // Eq. 2 as it stands: the label at T K^-1 D(u) [u, 1].
-PanopticId naive_reference(const VoxelMap& map, const Frame& frame, int u, int v) {
+LabelSlot naive_reference(const VoxelMap& map, const Frame& frame, int u, int v) {
   const double z = frame.depth(u, v);
-  if (z <= 0) return PanopticId::kUnknown;
+  if (z <= 0) return LabelSlot::kUnknown;
   const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, z) / map.voxel_size_m();
   const int x = static_cast<int>(std::floor(p.x()));
   const int y = static_cast<int>(std::floor(p.y()));
   const int k = static_cast<int>(std::floor(p.z()));
   const VoxelBlock* block = map.find({x >> 4, y >> 4, k >> 4});
-  if (block == nullptr) return PanopticId::kUnknown;
-  return static_cast<PanopticId>(block->label[static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15))]);
+  if (block == nullptr) return LabelSlot::kUnknown;
+  return static_cast<LabelSlot>(block->label[static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15))]);
 }
 
 TEST(ReferenceLabels, AgreeWithTheNaiveReferenceOnAMapOfRandomLabels) {
@@ -41,15 +41,15 @@ TEST(ReferenceLabels, AgreeWithTheNaiveReferenceOnAMapOfRandomLabels) {
   }
   Registration registration({});
   const RegisteredFrame& registered = registration.apply(frame, {});
-  std::vector<PanopticId> labels;
+  std::vector<LabelSlot> labels;
   reference_labels(map, frame, registered, labels);
   int different = 0;
   int labelled = 0;
   for (int v = 0; v < frame.depth.height(); ++v) {
     for (int u = 0; u < frame.depth.width(); ++u) {
-      const PanopticId expected = naive_reference(map, frame, u, v);
-      const PanopticId actual = labels[static_cast<std::size_t>(v * frame.depth.width() + u)];
-      labelled += expected != PanopticId::kUnknown ? 1 : 0;
+      const LabelSlot expected = naive_reference(map, frame, u, v);
+      const LabelSlot actual = labels[static_cast<std::size_t>(v * frame.depth.width() + u)];
+      labelled += expected != LabelSlot::kUnknown ? 1 : 0;
       different += expected != actual ? 1 : 0;
     }
   }
@@ -60,10 +60,10 @@ TEST(ReferenceLabels, AgreeWithTheNaiveReferenceOnAMapOfRandomLabels) {
 TEST(ReferenceLabels, AreUnknownWhereTheMapIsEmpty) {
   const Frame frame = test::render(test::plane(Vec3d::UnitZ(), 2), test::small_camera(), Pose::Identity());
   Registration registration({});
-  std::vector<PanopticId> labels;
+  std::vector<LabelSlot> labels;
   reference_labels(VoxelMap({}), frame, registration.apply(frame, {}), labels);
   ASSERT_EQ(labels.size(), frame.depth.size());
-  for (const PanopticId id : labels) ASSERT_EQ(id, PanopticId::kUnknown);
+  for (const LabelSlot id : labels) ASSERT_EQ(id, LabelSlot::kUnknown);
 }
 
 }  // namespace

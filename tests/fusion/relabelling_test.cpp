@@ -18,8 +18,8 @@ namespace {
 using test::pid;
 using test::strewn_map;
 
-std::vector<PanopticId> labels_of(const SurfaceVoxels& surface) {
-  std::vector<PanopticId> labels;
+std::vector<LabelSlot> labels_of(const SurfaceVoxels& surface) {
+  std::vector<LabelSlot> labels;
   for (std::uint32_t i = 0; i < surface.size(); ++i) labels.push_back(surface[i].label);
   return labels;
 }
@@ -32,12 +32,12 @@ bool touch(const SurfaceVoxel& a, const SurfaceVoxel& b) {
 }
 
 // Round by round over all pairs; a round sees only what the rounds before it filled.
-std::vector<PanopticId> naive_fill(const SurfaceVoxels& surface, std::set<std::uint32_t> holes) {
-  std::vector<PanopticId> labels = labels_of(surface);
+std::vector<LabelSlot> naive_fill(const SurfaceVoxels& surface, std::set<std::uint32_t> holes) {
+  std::vector<LabelSlot> labels = labels_of(surface);
   for (bool progress = true; progress;) {
-    std::map<std::uint32_t, PanopticId> filled;
+    std::map<std::uint32_t, LabelSlot> filled;
     for (const std::uint32_t hole : holes) {
-      std::map<PanopticId, int> counts;
+      std::map<LabelSlot, int> counts;
       for (std::uint32_t i = 0; i < surface.size(); ++i) {
         if (!holes.contains(i) && touch(surface[hole], surface[i])) ++counts[labels[i]];
       }
@@ -53,7 +53,7 @@ std::vector<PanopticId> naive_fill(const SurfaceVoxels& surface, std::set<std::u
     }
     progress = !filled.empty();
   }
-  for (const std::uint32_t hole : holes) labels[hole] = PanopticId::kUnknown;
+  for (const std::uint32_t hole : holes) labels[hole] = LabelSlot::kUnknown;
   return labels;
 }
 
@@ -70,7 +70,7 @@ VoxelMap line_of(const std::vector<int>& labels) {
   return map;
 }
 
-std::vector<PanopticId> filled_line(const std::vector<int>& labels, std::vector<std::uint32_t> holes) {
+std::vector<LabelSlot> filled_line(const std::vector<int>& labels, std::vector<std::uint32_t> holes) {
   const VoxelMap map = line_of(labels);
   SurfaceVoxels surface(map);
   fill_from_neighbours(std::move(holes), surface);
@@ -86,7 +86,7 @@ TEST(Filling, EqualsANaiveFillRoundByRound) {
     for (std::uint32_t i = 0; i < surface.size(); ++i) {
       if (random() % 10 < 7) holes.push_back(i);
     }
-    const std::vector<PanopticId> expected = naive_fill(surface, {holes.begin(), holes.end()});
+    const std::vector<LabelSlot> expected = naive_fill(surface, {holes.begin(), holes.end()});
     std::shuffle(holes.begin(), holes.end(), random);
     fill_from_neighbours(holes, surface);
     EXPECT_EQ(labels_of(surface), expected);
@@ -104,7 +104,7 @@ TEST(Filling, GivesTiesToTheLowerLabel) {
 }
 
 TEST(Filling, LeavesHolesThatNothingSurroundsUnknown) {
-  EXPECT_EQ(filled_line({8, 8, 8}, {0, 1, 2}), std::vector<PanopticId>(3, PanopticId::kUnknown));
+  EXPECT_EQ(filled_line({8, 8, 8}, {0, 1, 2}), std::vector<LabelSlot>(3, LabelSlot::kUnknown));
   EXPECT_TRUE(filled_line({}, {}).empty());
 }
 

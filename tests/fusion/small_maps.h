@@ -16,14 +16,14 @@
 
 namespace panoptic::test {
 
-constexpr PanopticId pid(int n) { return static_cast<PanopticId>(n); }
+constexpr LabelSlot pid(int n) { return static_cast<LabelSlot>(n); }
 
 struct Solid {
   std::function<double(const Vec3d&)> distance_m;  // positive outside
-  PanopticId label = PanopticId::kUnknown;
+  LabelSlot label = LabelSlot::kUnknown;
 };
 
-inline Solid solid_box(const Vec3d& low, const Vec3d& high, PanopticId label) {
+inline Solid solid_box(const Vec3d& low, const Vec3d& high, LabelSlot label) {
   return {[=](const Vec3d& p) {
             const Vec3d d = (low - p).cwiseMax(p - high);
             return d.cwiseMax(0.0).norm() + std::min(0.0, d.maxCoeff());
@@ -32,7 +32,7 @@ inline Solid solid_box(const Vec3d& low, const Vec3d& high, PanopticId label) {
 }
 
 // All below the plane of points with up . x = height.
-inline Solid solid_ground(const Vec3d& up, double height_m, PanopticId label) {
+inline Solid solid_ground(const Vec3d& up, double height_m, LabelSlot label) {
   return {[=](const Vec3d& p) { return p.dot(up) - height_m; }, label};
 }
 

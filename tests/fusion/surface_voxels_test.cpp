@@ -18,7 +18,7 @@ namespace {
 using test::pid;
 using test::strewn_map;
 
-using Found = std::tuple<std::array<std::int32_t, 3>, PanopticId>;
+using Found = std::tuple<std::array<std::int32_t, 3>, LabelSlot>;
 
 // As the words say it: observed, and within 1.5 voxels of the surface.
 std::vector<Found> naive_surface(const VoxelMap& map) {

@@ -29,7 +29,7 @@ Mesh one_triangle() {
   for (int i = 0; i < 3; ++i) {
     const auto f = static_cast<float>(i);
     mesh.vertices.push_back(
-        {{f, f + 0.25F, -f}, {0, 0, -1}, {1, 2, 250}, static_cast<ClassId>(3), static_cast<PanopticId>(65000 + i)});
+        {{f, f + 0.25F, -f}, {0, 0, -1}, {1, 2, 250}, static_cast<ClassId>(3), static_cast<LabelSlot>(65000 + i)});
   }
   mesh.triangles.push_back({0, 1, 2});
   return mesh;

@@ -53,14 +53,14 @@ ObjectRegistry some_objects() {
   ObjectRegistry objects(kFirst);
   for (int i = 0; i < 7; ++i) objects.create(i);
   for (int frame = 0; frame < 100; ++frame) {
-    const auto id = static_cast<PanopticId>(kFirst + frame % 4);
+    const auto id = static_cast<LabelSlot>(kFirst + frame % 4);
     const Segment segment{ClassId{3}, 0.1F * static_cast<float>(frame % 9), {{ClassId{2}, 0.3F}, {ClassId{3}, 1.0F / 3}}};
     objects.observe(id, segment, frame);
     objects.show(id, {frame, ClassId{3}, segment.score, 100U + static_cast<unsigned>(frame), {1, -2, 30, 40}});
   }
-  objects.merge(PanopticId{5}, PanopticId{4}, 60);
-  objects.rule_out(PanopticId{4}, {ClassId{2}});
-  std::vector<bool> in_use(kPanopticIds, true);
+  objects.merge(LabelSlot{5}, LabelSlot{4}, 60);
+  objects.rule_out(LabelSlot{4}, {ClassId{2}});
+  std::vector<bool> in_use(kLabelSlots, true);
   in_use[8] = false;
   objects.retire_unused(in_use);
   objects.create(99);
@@ -152,8 +152,8 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
       world.map.mark_changed(slot);
     }
     world.map.allocate({100, round, 0});
-    world.objects.observe(PanopticId{6}, {ClassId{2}, 0.5F, {}}, 200 + round);
-    if (round == 2) world.objects.merge(PanopticId{9}, PanopticId{6}, 200);
+    world.objects.observe(LabelSlot{6}, {ClassId{2}, 0.5F, {}}, 200 + round);
+    if (round == 2) world.objects.merge(LabelSlot{9}, LabelSlot{6}, 200);
   }
   writer.close();
   EXPECT_EQ(load_frames(path).size(), 5U);
@@ -176,7 +176,7 @@ TEST(MapFile, GoesOnWhereItWasLoaded) {
   Database database(path, DatabaseAccess::kRead);
   const LabelExtents extents = label_extents(world.map);
   EXPECT_EQ(database.integer("SELECT voxels FROM objects WHERE id = 4"),
-            static_cast<std::int64_t>(extents.at(PanopticId{4}).voxels));
+            static_cast<std::int64_t>(extents.at(LabelSlot{4}).voxels));
 }
 
 TEST(MapFile, FramesSayWhereTheCameraWasAndWhyTheyWereNotUsed) {
@@ -203,7 +203,7 @@ TEST(MapFile, AnswersQuestionsInSql) {
   Database database(path, DatabaseAccess::kRead);
   EXPECT_EQ(database.integer("SELECT objects FROM class_summary WHERE class = 'chair'"), 2);
   const LabelExtents extents = label_extents(world.map);
-  const ExtentBox box = box_of(extents.at(PanopticId{4}), 0.03F);
+  const ExtentBox box = box_of(extents.at(LabelSlot{4}), 0.03F);
   Statement row(database, "SELECT class, x_m, size_y_m, probability, observations FROM object_summary WHERE id = 4");
   ASSERT_TRUE(row.step());
   EXPECT_EQ(row.text(0), "chair");

@@ -52,7 +52,7 @@ MapWithFrames world(const std::vector<Thing>& things, const Vec3d& low = Vec3d::
   MapWithFrames made{{header, VoxelMap(header.options), ObjectRegistry(kFirst), {}}, {}};
   std::vector<Solid> solids{solid_ground(Vec3d::UnitZ(), 0, pid(1))};
   for (const Thing& thing : things) {
-    const PanopticId id = *made.saved.objects.create();
+    const LabelSlot id = *made.saved.objects.create();
     solids.push_back(solid_box(thing.low, thing.high, id));
     for (int k = 0; k < 10; ++k) {
       const std::int64_t frame = 10 * (number(id) - kFirst) + k;
@@ -121,7 +121,7 @@ Voxel naive(const Voxel& a, const Voxel& b) {
 
 TEST(MapMerge, FusesVoxelsByTheirWeights) {
   std::mt19937 random(5);
-  std::vector<std::uint16_t> same(kPanopticIds);
+  std::vector<std::uint16_t> same(kLabelSlots);
   std::iota(same.begin(), same.end(), std::uint16_t{0});
   for (int round = 0; round < 5; ++round) {
     VoxelBlock a;
@@ -294,7 +294,7 @@ TEST(MapMerge, RunsOutOfIdsInOneLine) {
     RegistryState state = map.saved.objects.state();
     while (state.objects.size() < 40000) {
       Object& object = state.objects.emplace_back();
-      object.id = static_cast<PanopticId>(kFirst + state.objects.size() - 1);
+      object.id = static_cast<LabelSlot>(kFirst + state.objects.size() - 1);
     }
     map.saved.objects = ObjectRegistry(kFirst, std::move(state));
     return map;

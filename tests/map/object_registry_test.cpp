@@ -34,7 +34,7 @@ TEST(ObjectRegistry, ProbabilitiesAreEquationTwelve) {
   std::uniform_real_distribution<float> unit(0.01F, 1);
   ObjectRegistry registry(kFirst);
   std::vector<std::vector<Segment>> detections(5);
-  for (std::size_t z = 0; z < detections.size(); ++z) ASSERT_EQ(registry.create(), static_cast<PanopticId>(kFirst + z));
+  for (std::size_t z = 0; z < detections.size(); ++z) ASSERT_EQ(registry.create(), static_cast<LabelSlot>(kFirst + z));
   for (int t = 0; t < 300; ++t) {
     const std::size_t z = random() % detections.size();
     Segment segment = seen(kChair, unit(random));
@@ -43,10 +43,10 @@ TEST(ObjectRegistry, ProbabilitiesAreEquationTwelve) {
       sum += segment.class_probabilities.emplace_back(ClassProbability{l, unit(random)}).probability;
     for (ClassProbability& p : segment.class_probabilities) p.probability /= sum;
     detections[z].push_back(segment);
-    registry.observe(static_cast<PanopticId>(kFirst + z), segment, t);
+    registry.observe(static_cast<LabelSlot>(kFirst + z), segment, t);
   }
   for (std::size_t z = 0; z < detections.size(); ++z) {
-    const auto id = static_cast<PanopticId>(kFirst + z);
+    const auto id = static_cast<LabelSlot>(kFirst + z);
     const std::vector<ClassProbability> probabilities = registry.probabilities(id);
     ASSERT_EQ(probabilities.size(), 3U);
     double total = 0;
@@ -63,7 +63,7 @@ TEST(ObjectRegistry, ProbabilitiesAreEquationTwelve) {
 
 TEST(ObjectRegistry, ADetectionWithoutADistributionCountsForItsClass) {
   ObjectRegistry registry(kFirst);
-  const PanopticId id = *registry.create();
+  const LabelSlot id = *registry.create();
   registry.observe(id, seen(kTable, 0.75F), 0);
   registry.observe(id, seen(kChair, 0.25F), 1);
   EXPECT_EQ(registry.probabilities(id), (std::vector<ClassProbability>{{kChair, 0.25F}, {kTable, 0.75F}}));
@@ -72,7 +72,7 @@ TEST(ObjectRegistry, ADetectionWithoutADistributionCountsForItsClass) {
 
 TEST(ObjectRegistry, ReliableDetectionsOutweighManyPoorOnes) {
   ObjectRegistry registry(kFirst);
-  const PanopticId id = *registry.create();
+  const LabelSlot id = *registry.create();
   for (int t = 0; t < 3; ++t) registry.observe(id, seen(kBed, 0.2F), t);
   registry.observe(id, seen(kTable, 0.9F), 3);
   EXPECT_EQ(registry.class_of(id), kTable);
@@ -80,7 +80,7 @@ TEST(ObjectRegistry, ReliableDetectionsOutweighManyPoorOnes) {
 
 TEST(ObjectRegistry, TiesGoToTheLowerClass) {
   ObjectRegistry registry(kFirst);
-  const PanopticId id = *registry.create();
+  const LabelSlot id = *registry.create();
   registry.observe(id, seen(kTable, 0.5F), 0);
   registry.observe(id, seen(kChair, 0.5F), 1);
   EXPECT_EQ(registry.class_of(id), kChair);
@@ -88,10 +88,10 @@ TEST(ObjectRegistry, TiesGoToTheLowerClass) {
 
 TEST(ObjectRegistry, ObjectsWithoutEvidenceAndStrangersAreUnknown) {
   ObjectRegistry registry(kFirst);
-  const PanopticId id = *registry.create();
+  const LabelSlot id = *registry.create();
   EXPECT_EQ(registry.class_of(id), ClassId::kUnknown);
   EXPECT_TRUE(registry.probabilities(id).empty());
-  for (const PanopticId stranger : {PanopticId::kUnknown, PanopticId{kFirst - 1}, PanopticId{kFirst + 1}, PanopticId{65535}}) {
+  for (const LabelSlot stranger : {LabelSlot::kUnknown, LabelSlot{kFirst - 1}, LabelSlot{kFirst + 1}, LabelSlot{65535}}) {
     EXPECT_EQ(registry.find(stranger), nullptr);
     EXPECT_EQ(registry.class_of(stranger), ClassId::kUnknown);
     EXPECT_TRUE(registry.probabilities(stranger).empty());
@@ -100,7 +100,7 @@ TEST(ObjectRegistry, ObjectsWithoutEvidenceAndStrangersAreUnknown) {
 
 TEST(ObjectRegistry, RemembersWhenAnObjectWasSeen) {
   ObjectRegistry registry(kFirst);
-  const PanopticId id = *registry.create();
+  const LabelSlot id = *registry.create();
   for (const std::int64_t frame : {30, 10, 20}) registry.observe(id, seen(kChair, 1), frame);
   const Object* object = registry.find(id);
   ASSERT_NE(object, nullptr);
@@ -113,15 +113,15 @@ TEST(ObjectRegistry, RemembersWhenAnObjectWasSeen) {
 TEST(ObjectRegistry, IdsCountUpUntilTheSixteenBitsAreUsed) {
   ObjectRegistry registry(kFirst);
   std::uint32_t expected = kFirst;
-  while (const std::optional<PanopticId> id = registry.create()) {
+  while (const std::optional<LabelSlot> id = registry.create()) {
     ASSERT_EQ(number(*id), expected++);
-    ASSERT_NE(*id, PanopticId::kNoVote);
+    ASSERT_NE(*id, LabelSlot::kNoVote);
   }
   EXPECT_EQ(expected, 65535U);
   EXPECT_EQ(registry.create(), std::nullopt);
   EXPECT_EQ(registry.count(), 65535U - kFirst);
-  EXPECT_NE(registry.find(PanopticId{65534}), nullptr);
-  EXPECT_EQ(registry.find(PanopticId::kNoVote), nullptr);
+  EXPECT_NE(registry.find(LabelSlot{65534}), nullptr);
+  EXPECT_EQ(registry.find(LabelSlot::kNoVote), nullptr);
 }
 
 TEST(ObjectRegistry, ForgetsUnusedObjectsAndReusesTheirIdsOnlyWhenAllAreGiven) {
@@ -131,15 +131,15 @@ TEST(ObjectRegistry, ForgetsUnusedObjectsAndReusesTheirIdsOnlyWhenAllAreGiven) {
   in_use[kFirst + 1U] = true;
   registry.retire_unused(in_use);
   EXPECT_EQ(registry.count(), 1U);
-  EXPECT_EQ(registry.find(static_cast<PanopticId>(kFirst)), nullptr);
-  EXPECT_EQ(registry.class_of(static_cast<PanopticId>(kFirst)), ClassId::kUnknown);
-  EXPECT_EQ(registry.class_of(static_cast<PanopticId>(kFirst + 1)), kChair);
+  EXPECT_EQ(registry.find(static_cast<LabelSlot>(kFirst)), nullptr);
+  EXPECT_EQ(registry.class_of(static_cast<LabelSlot>(kFirst)), ClassId::kUnknown);
+  EXPECT_EQ(registry.class_of(static_cast<LabelSlot>(kFirst + 1)), kChair);
   EXPECT_EQ(number(*registry.create()), kFirst + 3) << "a fresh id while there are any";
-  while (registry.find(PanopticId{65534}) == nullptr) registry.create();
+  while (registry.find(LabelSlot{65534}) == nullptr) registry.create();
   EXPECT_EQ(number(*registry.create()), kFirst);
   EXPECT_EQ(number(*registry.create()), kFirst + 2);
   EXPECT_EQ(registry.create(), std::nullopt);
-  EXPECT_EQ(registry.find(static_cast<PanopticId>(kFirst))->observations, 0U) << "nothing of the old object is left";
+  EXPECT_EQ(registry.find(static_cast<LabelSlot>(kFirst))->observations, 0U) << "nothing of the old object is left";
 }
 
 TEST(ObjectRegistry, AsksForRetirementAfterManyCreations) {
@@ -157,15 +157,15 @@ TEST(ObjectRegistry, MergingGivesWhatOneObjectWouldBeThatSawEverything) {
   std::mt19937 random(7);
   ObjectRegistry apart(kFirst);
   ObjectRegistry whole(kFirst);
-  const PanopticId a = *apart.create();
-  const PanopticId b = *apart.create();
-  const PanopticId one = *whole.create();
+  const LabelSlot a = *apart.create();
+  const LabelSlot b = *apart.create();
+  const LabelSlot one = *whole.create();
   for (int t = 100; t > 0; --t) {
     const float score = static_cast<float>(random() % 8 + 1) / 8;  // sums of these are exact in any order
     Segment segment = seen(random() % 2 == 0 ? kChair : kTable, score);
     if (random() % 2 == 0) segment.class_probabilities = {{kChair, 0.25F}, {kTable, 0.75F}};
     const ObjectView view{t, segment.class_id, score, static_cast<std::uint32_t>(random() % 1000), {0, 0, 5, 5}};
-    const PanopticId part = random() % 3 == 0 ? a : b;
+    const LabelSlot part = random() % 3 == 0 ? a : b;
     apart.observe(part, segment, t);
     apart.show(part, view);
     whole.observe(one, segment, t);
@@ -186,10 +186,10 @@ TEST(ObjectRegistry, MergingGivesWhatOneObjectWouldBeThatSawEverything) {
 
 TEST(ObjectRegistry, MergingWithAnObjectThatWasNeverSeenKeepsTheTimes) {
   ObjectRegistry registry(kFirst);
-  const PanopticId seen_late = *registry.create();
-  const PanopticId never = *registry.create(3);
+  const LabelSlot seen_late = *registry.create();
+  const LabelSlot never = *registry.create(3);
   EXPECT_EQ(registry.find(never)->first_frame, 3);
-  const PanopticId other = *registry.create();
+  const LabelSlot other = *registry.create();
   registry.observe(seen_late, seen(kChair, 1), 70);
   registry.merge(never, seen_late, 7);
   EXPECT_EQ(registry.find(seen_late)->first_frame, 70) << "not 0";
@@ -201,7 +201,7 @@ TEST(ObjectRegistry, MergingWithAnObjectThatWasNeverSeenKeepsTheTimes) {
 
 TEST(ObjectRegistry, AMergedIdIsNoObjectButResolvesToItsSurvivorThroughChains) {
   ObjectRegistry registry(kFirst);
-  std::vector<PanopticId> ids;
+  std::vector<LabelSlot> ids;
   for (int i = 0; i < 5; ++i) ids.push_back(*registry.create());
   for (std::size_t i = 0; i < 3; ++i) registry.merge(ids[i], ids[i + 1], 7);
   EXPECT_EQ(registry.count(), 2U);
@@ -210,20 +210,20 @@ TEST(ObjectRegistry, AMergedIdIsNoObjectButResolvesToItsSurvivorThroughChains) {
     EXPECT_EQ(registry.find(ids[i]) == nullptr, i < 3);
   }
   EXPECT_EQ(registry.survivor(ids[4]), ids[4]);
-  for (const PanopticId stranger : {PanopticId::kUnknown, PanopticId{kFirst - 1}, PanopticId{kFirst + 5}, PanopticId{65535}}) {
+  for (const LabelSlot stranger : {LabelSlot::kUnknown, LabelSlot{kFirst - 1}, LabelSlot{kFirst + 5}, LabelSlot{65535}}) {
     EXPECT_EQ(registry.survivor(stranger), stranger);
   }
 }
 
 TEST(ObjectRegistry, ListsEveryMergedIdWithItsSurvivorAndEverySurvivorWithItsParts) {
   ObjectRegistry registry(kFirst);
-  std::vector<PanopticId> ids;
+  std::vector<LabelSlot> ids;
   for (int i = 0; i < 5; ++i) ids.push_back(*registry.create());
   EXPECT_TRUE(registry.merged().empty());
   registry.merge(ids[3], ids[1], 7);
   registry.merge(ids[0], ids[4], 8);
   registry.merge(ids[1], ids[4], 9);
-  using Merged = std::vector<std::pair<PanopticId, PanopticId>>;
+  using Merged = std::vector<std::pair<LabelSlot, LabelSlot>>;
   EXPECT_EQ(registry.merged(), (Merged{{ids[0], ids[4]}, {ids[1], ids[4]}, {ids[3], ids[4]}}));
   EXPECT_EQ(registry.find(ids[4])->parts, (std::vector<ObjectPart>{{ids[0], 8}, {ids[3], 7}, {ids[1], 9}}));
 }
@@ -231,22 +231,22 @@ TEST(ObjectRegistry, ListsEveryMergedIdWithItsSurvivorAndEverySurvivorWithItsPar
 // Users keep ids; one that was merged must never come to mean something else.
 TEST(ObjectRegistry, NeverReusesAMergedId) {
   ObjectRegistry registry(kFirst);
-  const PanopticId a = *registry.create();
-  const PanopticId b = *registry.create();
+  const LabelSlot a = *registry.create();
+  const LabelSlot b = *registry.create();
   registry.merge(a, b, 7);
-  while (registry.find(PanopticId{65534}) == nullptr) ASSERT_TRUE(registry.create());
+  while (registry.find(LabelSlot{65534}) == nullptr) ASSERT_TRUE(registry.create());
   EXPECT_EQ(registry.create(), std::nullopt);
   std::vector<bool> in_use(65536, true);
   in_use[kFirst + 7U] = false;
   registry.retire_unused(in_use);
-  EXPECT_EQ(registry.create(), static_cast<PanopticId>(kFirst + 7));
+  EXPECT_EQ(registry.create(), static_cast<LabelSlot>(kFirst + 7));
   EXPECT_EQ(registry.create(), std::nullopt);
   EXPECT_EQ(registry.survivor(a), b);
 }
 
 TEST(ObjectRegistry, ARuledOutClassGivesWayToTheNextLikelyOne) {
   ObjectRegistry registry(kFirst);
-  const PanopticId id = *registry.create();
+  const LabelSlot id = *registry.create();
   registry.observe(id, {kTable, 1, {{kBed, 0.3F}, {kChair, 0.2F}, {kTable, 0.5F}}}, 0);
   const std::vector<ClassProbability> before = registry.probabilities(id);
   registry.rule_out(id, {kTable});
@@ -262,7 +262,7 @@ TEST(ObjectRegistry, ARuledOutClassGivesWayToTheNextLikelyOne) {
 
 TEST(ObjectRegistry, WhatIsLeftWhenTheLikelyAreRuledOutMustBeMoreThanNoise) {
   ObjectRegistry registry(kFirst);
-  const PanopticId id = *registry.create();
+  const LabelSlot id = *registry.create();
   registry.observe(id, {kTable, 1, {{kChair, 0.01F}, {kTable, 0.99F}}}, 0);
   registry.rule_out(id, {kTable});
   EXPECT_EQ(registry.class_of(id), ClassId::kUnknown);

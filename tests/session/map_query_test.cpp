@@ -46,8 +46,8 @@ class Query : public testing::Test {
 TEST_F(Query, FindsObjectsByClass) {
   const std::vector<FoundObject> chairs = query_.of_class("chair");
   ASSERT_EQ(chairs.size(), 2U);
-  EXPECT_EQ(chairs[0].id, PanopticId{66});
-  EXPECT_EQ(chairs[1].id, PanopticId{73});
+  EXPECT_EQ(chairs[0].id, LabelSlot{66});
+  EXPECT_EQ(chairs[1].id, LabelSlot{73});
   EXPECT_GT(chairs[0].probability, 0.2);
   EXPECT_EQ(query_.of_class("unknown").size(), 11U);
   EXPECT_THAT(test::error_of([&] { query_.of_class("dragon"); }), HasSubstr("its classes are wall, floor"));
@@ -67,7 +67,7 @@ TEST_F(Query, FindsObjectsByBox) {
 }
 
 // Every surface voxel of every object, one after the other.
-double naive_distance(const SavedMap& saved, PanopticId id, const Vec3d& point_m) {
+double naive_distance(const SavedMap& saved, LabelSlot id, const Vec3d& point_m) {
   double nearest = std::numeric_limits<double>::infinity();
   const double size = saved.map.voxel_size_m();
   for (Slot slot = 0; slot < saved.map.block_count(); ++slot) {

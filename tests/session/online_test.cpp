@@ -235,7 +235,7 @@ TEST(OnlinePipeline, RegularizesBesideTheMappingAndCleansUpTheLabels) {
   // What no voxel and no object is can be no label.
   const std::vector<bool> used = ids_in_use(run.session.map());
   for (std::size_t id = run.session.labels().first_thing(); id < used.size(); ++id) {
-    EXPECT_EQ(used[id], run.session.objects().find(static_cast<PanopticId>(id)) != nullptr) << id;
+    EXPECT_EQ(used[id], run.session.objects().find(static_cast<LabelSlot>(id)) != nullptr) << id;
   }
 }
 

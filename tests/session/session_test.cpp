@@ -36,7 +36,7 @@ TEST(Session, ABallOnAFloorIsOneChairOnAFloorFromAllSides) {
     ASSERT_EQ(session.add(frame, segmented(frame)), std::nullopt);
   }
   ASSERT_EQ(session.objects().count(), 1U) << "one object, re-identified in every frame";
-  EXPECT_EQ(session.objects().find(PanopticId{4})->observations, 30U);
+  EXPECT_EQ(session.objects().find(LabelSlot{4})->observations, 30U);
   const Mesh mesh = session.mesh();
   int right = 0;
   for (const MeshVertex& v : mesh.vertices) {
@@ -101,7 +101,7 @@ TEST(Session, AFrameWithoutAPredictionAddsGeometryOnly) {
   Session session({}, test::test_labels());
   ASSERT_EQ(session.add(orbit_frame(0), {}), std::nullopt);
   EXPECT_EQ(session.objects().count(), 0U);
-  for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, PanopticId::kUnknown);
+  for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, LabelSlot::kUnknown);
 }
 
 // As `segmented`, but a tenth of the pixels says something else.
@@ -170,7 +170,7 @@ TEST(Session, ObjectsThatTheRegularizerTakesTheLastVoxelOfAreForgotten) {
   const std::vector<bool> used = ids_in_use(session.map());
   std::size_t alive = 0;
   for (std::size_t id = session.labels().first_thing(); id < used.size(); ++id) {
-    const bool known = session.objects().find(static_cast<PanopticId>(id)) != nullptr;
+    const bool known = session.objects().find(static_cast<LabelSlot>(id)) != nullptr;
     EXPECT_EQ(known, used[id]) << id;
     alive += known ? 1 : 0;
   }

@@ -52,7 +52,7 @@ class SmallWorld {
     s->frame.labelled_color = s->frame.color;
     auto ids = std::make_shared<Image<std::uint16_t>>(4, 2);
     (*ids)(1, 0) = kBallId;
-    (*ids)(2, 0) = number(PanopticId::kNoVote);
+    (*ids)(2, 0) = number(LabelSlot::kNoVote);
     s->frame.labelled_ids = std::move(ids);
     s->run.stages["fusion"] = {10, 1, 2, 3};
     return s;
