@@ -88,7 +88,8 @@ void add_regularizer(Study& study) {
   auto& settings = study.experiment.settings;
   settings.push_back(without_crf({.name = "no regularizer"}));
   settings.push_back(without_crf({.name = "oracle, no regularizer", .noise = "none", .predictions = "oracle"}));
-  const std::vector<std::string> paper = {"regularizer.w1=10", "regularizer.w2=15", "regularizer.band_voxels=4"};
+  const std::vector<std::string> paper = {"regularizer.every_frames=43", "regularizer.w1=10", "regularizer.w2=15",
+                                          "regularizer.band_voxels=4"};
   settings.push_back({.name = "paper's CRF", .set = paper});
   settings.push_back({.name = "oracle, paper's CRF", .noise = "none", .predictions = "oracle", .set = paper});
   study.groups.push_back(

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
+#include <utility>
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/parallel.h"
@@ -37,7 +39,7 @@ void check(const std::vector<Tensor>& outputs, const Model& model) {
                   outputs.empty() ? "nothing" : fmt::format("{}", fmt::join(outputs[0].shape, " x "))));
 }
 
-// Per network class the position of its counterpart in the list of classes that it fills.
+// Where the values of some classes go in a list that has each class once, kUnknown first.
 std::vector<std::size_t> positions(const std::vector<ClassId>& class_of, std::vector<ClassId>& classes) {
   classes = {ClassId::kUnknown};
   std::vector<std::size_t> result;
@@ -49,7 +51,7 @@ std::vector<std::size_t> positions(const std::vector<ClassId>& class_of, std::ve
   return result;
 }
 
-// One row of the logits: softmax over the network's classes, added up per class of the label set.
+// One row of the logits: softmax over the network's classes, added up where they have the same position.
 void decode_row(const Tensor& logits, int y, const std::vector<std::size_t>& position, ClassScores& scores) {
   const auto width = static_cast<std::size_t>(scores.width);
   const std::size_t plane = width * static_cast<std::size_t>(scores.height);
@@ -91,6 +93,21 @@ std::vector<Between> neighbours(int pixels, int cells, double cells_per_px) {
     const auto first = static_cast<std::size_t>(at);
     result[static_cast<std::size_t>(i)] = {first, std::min(first + 1, static_cast<std::size_t>(cells - 1)),
                                            static_cast<float>(at - static_cast<double>(first))};
+  }
+  return result;
+}
+
+// One value per class of the label set: the highest of those that it has.
+ClassScores highest_per_class(ClassScores scores) {
+  ClassScores result = {{}, scores.width, scores.height, scores.cells_per_px_x, scores.cells_per_px_y, {}};
+  const std::vector<std::size_t> position = positions(scores.classes, result.classes);
+  if (result.classes == scores.classes) return scores;
+  const std::size_t from = scores.classes.size();
+  const std::size_t to = result.classes.size();
+  result.values.resize(scores.values.size() / from * to, 0.0F);
+  for (std::size_t i = 0; i < scores.values.size(); ++i) {
+    float& highest = result.values[i / from * to + position[i % from]];
+    highest = std::max(highest, scores.values[i]);
   }
   return result;
 }
@@ -165,6 +182,9 @@ std::size_t best_between(const float* const (&cells)[4], const float (&shares)[4
 }  // namespace
 
 ClassScores average(std::vector<ClassScores> networks, float unknown_share) {
+  if (networks.size() > 1) {
+    for (ClassScores& network : networks) network = highest_per_class(std::move(network));
+  }
   const auto finest = std::max_element(networks.begin(), networks.end(), [](const ClassScores& a, const ClassScores& b) {
     return a.width * a.height < b.width * b.height;
   });
@@ -173,7 +193,10 @@ ClassScores average(std::vector<ClassScores> networks, float unknown_share) {
   ClassScores result = networks.size() == 1 ? std::move(networks[0]) : with_classes_of_all(networks, part);
   const std::size_t count = result.classes.size();
   for (std::size_t n = 1; n < networks.size(); ++n) add(networks[n], part, result);
-  for (std::size_t i = 0; i < result.values.size(); i += count) result.values[i] *= unknown_share;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (result.classes[k] != ClassId::kUnknown) continue;
+    for (std::size_t i = k; i < result.values.size(); i += count) result.values[i] *= unknown_share;
+  }
   return result;
 }
 
@@ -185,7 +208,11 @@ ClassScores decode_semantic_logits(const std::vector<Tensor>& outputs, const Dec
   scores.height = logits.shape[2];
   scores.cells_per_px_x = context.placement.scale_x * scores.width / context.placement.input_width;
   scores.cells_per_px_y = context.placement.scale_y * scores.height / context.placement.input_height;
-  const std::vector<std::size_t> position = positions(context.class_of, scores.classes);
+  std::vector<std::size_t> position = positions(context.class_of, scores.classes);
+  if (context.likeliest_first) {
+    scores.classes = context.class_of;
+    std::iota(position.begin(), position.end(), std::size_t{0});
+  }
   scores.values.resize(static_cast<std::size_t>(scores.width) * static_cast<std::size_t>(scores.height) * scores.classes.size());
   parallel_for(static_cast<std::size_t>(scores.height),
                [&](std::size_t y) { decode_row(logits, static_cast<int>(y), position, scores); });

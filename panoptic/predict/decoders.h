@@ -17,12 +17,14 @@ struct DecodeContext {
   const Model& model;
   const std::vector<ClassId>& class_of;  // per network class, see map_classes
   Placement placement;
+  bool likeliest_first = false;  // semantic networks: their classes stay apart until the likeliest is chosen (the paper)
 };
 
-// Probabilities of the label set's classes on a grid over the image, at the network's own resolution, so that several
-// networks can be averaged before a pixel's class is chosen.
+// Probabilities on a grid over the image, at the network's own resolution, so that several networks can be averaged before a
+// pixel's class is chosen. Either one value per class of the label set, in which the probabilities of all network classes with
+// this counterpart are added; or, likeliest first, one value per network class.
 struct ClassScores {
-  std::vector<ClassId> classes;  // [0] is kUnknown: every network class without a counterpart
+  std::vector<ClassId> classes;  // of each value, what it is in the label set; kUnknown: network classes without a counterpart
   int width = 0;                 // of the grid
   int height = 0;
   double cells_per_px_x = 1;  // grid = (image + 0.5) * cells_per_px - 0.5
@@ -30,11 +32,13 @@ struct ClassScores {
   std::vector<float> values;  // row by row, the classes of one cell side by side
 };
 
-// The mean of what several networks say, on the finest of their grids; a class that a network lacks has probability 0 there. The
-// probability of kUnknown is multiplied with unknown_share. REQUIRES at least one.
+// The mean of what several networks say, on the finest of their grids; a class that a network lacks has probability 0 there.
+// Networks have only the label set in common, so where a network has several values for one class, its highest one stands for
+// it. Probabilities of kUnknown are multiplied with unknown_share. REQUIRES at least one.
 ClassScores average(std::vector<ClassScores> networks, float unknown_share);
 
-// The likeliest class per pixel after bilinear interpolation between the cells; ties go to the class listed first.
+// What the likeliest value of a pixel is in the label set, after bilinear interpolation between the cells; ties go to the value
+// listed first.
 Image<ClassId> most_likely(const ClassScores& scores, int image_width, int image_height);
 
 // Each throws Error if the tensors are not what the decoder reads: wrong number, shapes, or class count.
@@ -45,8 +49,7 @@ using InstanceDecoder = std::vector<Instance> (*)(const std::vector<Tensor>& out
 SemanticDecoder semantic_decoder(const Model& model);
 InstanceDecoder instance_decoder(const Model& model);
 
-// One output, logits 1 x classes x any height x any width. Softmax, then the probabilities of classes with the same
-// counterpart are added.
+// One output, logits 1 x classes x any height x any width. Softmax over the network's classes.
 ClassScores decode_semantic_logits(const std::vector<Tensor>& outputs, const DecodeContext& context);
 
 // YOLOv8-seg before its own post-processing, S strides: S box distributions (4 sides x bins), S class logits, S mask

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <utility>
+#include <vector>
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
@@ -16,12 +18,25 @@
 namespace panoptic {
 namespace {
 
+// What fuse would have left of it with keep_whole_classes = false: pixels of things that were not told apart are unknown.
+Segmentation without_whole_classes(const Segmentation& segmentation, const LabelSet& labels) {
+  Segmentation result{segmentation.segment_at, {}};
+  std::vector<std::uint16_t> kept_as = {0};  // by value of segment_at
+  for (const Segment& segment : segmentation.segments) {
+    const bool dropped = segment.is_whole_class && labels.is_thing(segment.class_id);
+    if (!dropped) result.segments.push_back(segment);
+    kept_as.push_back(dropped ? std::uint16_t{0} : static_cast<std::uint16_t>(result.segments.size()));
+  }
+  for (std::size_t i = 0; i < result.segment_at.size(); ++i) result.segment_at[i] = kept_as[result.segment_at[i]];
+  return result;
+}
+
 using ReadFrame = std::function<Segmentation(std::int64_t frame_index)>;
 
 class FilePredictor final : public Predictor {
  public:
-  FilePredictor(std::string name, LabelSet labels, ReadFrame read)
-      : name_(std::move(name)), labels_(std::move(labels)), read_(std::move(read)) {}
+  FilePredictor(std::string name, LabelSet labels, ReadFrame read, bool keep_whole_classes)
+      : name_(std::move(name)), labels_(std::move(labels)), read_(std::move(read)), keep_whole_classes_(keep_whole_classes) {}
 
   const LabelSet& labels() const override { return labels_; }
 
@@ -33,13 +48,14 @@ class FilePredictor final : public Predictor {
           "{}: the prediction of frame {} is {} x {} pixels, its colour image {} x {}; predict on this recording's images", name_,
           frame.index, image.width(), image.height(), frame.color.width(), frame.color.height()));
     }
-    return segmentation;
+    return keep_whole_classes_ ? segmentation : without_whole_classes(segmentation, labels_);
   }
 
  private:
   std::string name_;
   LabelSet labels_;
   ReadFrame read_;
+  bool keep_whole_classes_;
 };
 
 bool same_classes(const LabelSet& a, const LabelSet& b) {
@@ -50,7 +66,8 @@ bool same_classes(const LabelSet& a, const LabelSet& b) {
 
 }  // namespace
 
-std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path, const std::optional<LabelSet>& labels) {
+std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path, const std::optional<LabelSet>& labels,
+                                               bool keep_whole_classes) {
   if (!is_there(path)) throw Error(fmt::format("there are no predictions at {}: check the path", path.string()));
   if (is_file(path / "predictions.json")) {
     PredictionFolder folder = open_predictions(path);
@@ -60,9 +77,8 @@ std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path
                       path.string(), folder.labels.name(), labels->name()));
     }
     LabelSet own = folder.labels;
-    return std::make_unique<FilePredictor>(path.string(), std::move(own), [folder = std::move(folder)](std::int64_t index) {
-      return read_prediction(folder, index);
-    });
+    ReadFrame read = [folder = std::move(folder)](std::int64_t index) { return read_prediction(folder, index); };
+    return std::make_unique<FilePredictor>(path.string(), std::move(own), std::move(read), keep_whole_classes);
   }
   const std::optional<std::filesystem::path> json = find_coco_panoptic(path);
   if (!json) {
@@ -72,8 +88,8 @@ std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path
   }
   CocoPanoptic coco = read_coco_panoptic(*json, labels);
   LabelSet own = coco.labels;
-  return std::make_unique<FilePredictor>(path.string(), std::move(own),
-                                         [coco = std::move(coco)](std::int64_t index) { return read_coco_frame(coco, index); });
+  ReadFrame read = [coco = std::move(coco)](std::int64_t index) { return read_coco_frame(coco, index); };
+  return std::make_unique<FilePredictor>(path.string(), std::move(own), std::move(read), keep_whole_classes);
 }
 
 }  // namespace panoptic

@@ -18,12 +18,16 @@ template <typename Decoder>
 class Stage {
  public:
   Stage(Model model, Decoder decode, std::vector<ClassId> class_of, const NetworkOptions& options)
-      : model_(std::move(model)), decode_(decode), class_of_(std::move(class_of)), network_(load(model_, options)) {
+      : model_(std::move(model)),
+        decode_(decode),
+        class_of_(std::move(class_of)),
+        likeliest_first_(options.likeliest_first),
+        network_(load(model_, options)) {
     run(Image<Rgb>(model_.input.width, model_.input.height));
   }
 
   auto run(const Image<Rgb>& color) const {
-    const DecodeContext context{model_, class_of_, place(color.width(), color.height(), model_.input)};
+    const DecodeContext context{model_, class_of_, place(color.width(), color.height(), model_.input), likeliest_first_};
     return decode_(network_.run(to_input(color, model_.input)), context);
   }
 
@@ -36,6 +40,7 @@ class Stage {
   Model model_;
   Decoder decode_;
   std::vector<ClassId> class_of_;
+  bool likeliest_first_;
   Network network_;
 };
 
@@ -115,6 +120,11 @@ Fields fields(NetworkOptions& options) {
       {"threads", &options.threads, "threads of inference; 0 = as many as everything else", in_range(0, kMaxThreads)},
       {"score_threshold", &options.score_threshold, "instances below are dropped, whatever the model description says",
        in_range(0, 1)},
+      {"likeliest_first",
+       &options.likeliest_first,
+       "a pixel's class: the likeliest of a network's own classes, then what it is in the label set; false: probabilities of "
+       "classes that are the same there are added first",
+       {}},
       {"unknown_share", &options.unknown_share,
        "what counts of the probability of network classes that the label set lacks, when a pixel's class is chosen",
        in_range(0, 1)}};

@@ -22,7 +22,10 @@ struct NetworkOptions {
   std::string engine = "auto";            // or "onnxruntime", "opencv"
   int threads = 0;                        // of inference; 0 = as many as everything else
   std::optional<double> score_threshold;  // instead of the one in the instance network's description
-  float unknown_share = 0.7F;             // of the probability that no class of the label set stands for
+  // The likeliest of a network's own classes, then what it is in the label set (the paper). False: the probabilities of network
+  // classes that are the same in the label set are added first.
+  bool likeliest_first = false;
+  float unknown_share = 0.7F;  // what counts of the probability of network classes that the label set lacks; 1 in the paper
   SegmentationOptions segmentation;
 };
 

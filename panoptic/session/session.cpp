@@ -237,7 +237,9 @@ std::unique_ptr<Predictor> make_predictor(const Options& options) {
     throw Error("both a prediction folder and networks are given; choose one");
   }
   const auto labels = options.labels.empty() ? std::nullopt : std::optional(load_label_set(options.labels));
-  if (!options.predictions.empty()) return make_file_predictor(options.predictions, labels);
+  if (!options.predictions.empty()) {
+    return make_file_predictor(options.predictions, labels, options.networks.segmentation.keep_whole_classes);
+  }
   if (networks) return make_network_predictor(options.networks, labels.value_or(load_label_set(kDefaultLabels)));
   return nullptr;
 }

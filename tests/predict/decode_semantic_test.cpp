@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <utility>
 
 #include "panoptic/predict/decoders.h"
 #include "tests/expect_error.h"
@@ -114,6 +115,104 @@ TEST_P(SemanticLayout, EqualsInterpolatedProbabilitiesAtEveryPixel) {
       EXPECT_NEAR(expected[image(u, v)], best, 1e-5) << u << " " << v;
     }
   }
+}
+
+// The network's likeliest class at a place between its cells: what it is in the label set, and by how much it leads.
+std::pair<ClassId, double> naive_likeliest_first(const Tensor& logits, double x, double y) {
+  const int width = logits.shape[3];
+  const int height = logits.shape[2];
+  x = std::clamp(x, 0.0, width - 1.0);
+  y = std::clamp(y, 0.0, height - 1.0);
+  std::vector<double> mixed(kClassOf.size(), 0.0);
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const auto logit = [&](std::size_t c) {
+        return double{
+            logits.values[(c * static_cast<std::size_t>(height) + static_cast<std::size_t>(v)) * static_cast<std::size_t>(width) +
+                          static_cast<std::size_t>(u)]};
+      };
+      double sum = 0;
+      for (std::size_t c = 0; c < mixed.size(); ++c) sum += std::exp(logit(c));
+      const double share = std::max(0.0, 1 - std::abs(x - u)) * std::max(0.0, 1 - std::abs(y - v));
+      for (std::size_t c = 0; c < mixed.size(); ++c) mixed[c] += share * std::exp(logit(c)) / sum;
+    }
+  }
+  const auto best = std::max_element(mixed.begin(), mixed.end());
+  const ClassId class_id = kClassOf[static_cast<std::size_t>(best - mixed.begin())];
+  const double most = *best;
+  *best = 0;
+  return {class_id, most - *std::max_element(mixed.begin(), mixed.end())};
+}
+
+TEST_P(SemanticLayout, LikeliestFirstIsTheLikeliestOfTheNetworksOwnClassesAtEveryPixel) {
+  const Layout& l = GetParam();
+  const Placement placement{l.image_width, l.image_height, l.input_width, l.input_height, l.scale_x, l.scale_y};
+  const Model model = model_with(kClassOf.size());
+  const Tensor logits = random_logits(6, 5, 7, 1);
+  const ClassScores scores = decode_semantic_logits({logits}, {model, kClassOf, placement, true});
+  const Image<ClassId> image = most_likely(average({scores}, 1), l.image_width, l.image_height);
+  ASSERT_TRUE(image.same_size(l.image_width, l.image_height));
+  int clear = 0;
+  for (int v = 0; v < l.image_height; ++v) {
+    for (int u = 0; u < l.image_width; ++u) {
+      const double x = ((u + 0.5) * l.scale_x / l.input_width) * 7 - 0.5;
+      const double y = ((v + 0.5) * l.scale_y / l.input_height) * 5 - 0.5;
+      const auto [expected, lead] = naive_likeliest_first(logits, x, y);
+      if (lead <= 1e-5) continue;
+      EXPECT_EQ(image(u, v), expected) << u << " " << v;
+      ++clear;
+    }
+  }
+  EXPECT_GT(clear, l.image_width * l.image_height * 9 / 10);
+}
+
+// Logits of one row of cells, from the probabilities of the network's classes in each.
+Tensor logits_of(const std::vector<std::vector<double>>& cells) {
+  const std::size_t classes = cells[0].size();
+  Tensor logits{{1, static_cast<int>(classes), 1, static_cast<int>(cells.size())}, {}};
+  for (std::size_t c = 0; c < classes; ++c) {
+    for (const std::vector<double>& cell : cells) logits.values.push_back(static_cast<float>(std::log(cell[c])));
+  }
+  return logits;
+}
+
+std::vector<ClassId> classes_of_row(const std::vector<std::vector<std::vector<double>>>& networks,
+                                    const std::vector<ClassId>& class_of, bool likeliest_first) {
+  const int width = static_cast<int>(networks[0].size());
+  const Model model = model_with(class_of.size());
+  std::vector<ClassScores> scores;
+  for (const auto& cells : networks) {
+    scores.push_back(decode_semantic_logits({logits_of(cells)}, {model, class_of, {width, 1, width, 1, 1, 1}, likeliest_first}));
+  }
+  const Image<ClassId> image = most_likely(average(std::move(scores), 1), width, 1);
+  return {image.pixels().begin(), image.pixels().end()};
+}
+
+TEST(SemanticLogits, LikeliestFirstDoesNotAddUpWhatTheLabelSetLacksOrTakesForOne) {
+  const std::vector<ClassId> class_of = {kA, ClassId::kUnknown, ClassId::kUnknown, kB, kB};
+  const std::vector<std::vector<double>> cells = {
+      {0.4, 0.3, 0.25, 0.025, 0.025},  // the two that the label set lacks together have more than A
+      {0.3, 0.45, 0.05, 0.1, 0.1},     // one that the label set lacks is the likeliest
+      {0.35, 0.05, 0.05, 0.3, 0.25},   // B in two parts
+  };
+  EXPECT_EQ(classes_of_row({cells}, class_of, true), (std::vector<ClassId>{kA, ClassId::kUnknown, kA}));
+  EXPECT_EQ(classes_of_row({cells}, class_of, false), (std::vector<ClassId>{ClassId::kUnknown, ClassId::kUnknown, kB}));
+}
+
+TEST(Average, OfSeveralNetworksLikeliestFirstTakesTheHighestOfEachForAClass) {
+  const std::vector<ClassId> class_of = {kA, ClassId::kUnknown, ClassId::kUnknown, kB, kB};
+  const std::vector<std::vector<double>> one = {
+      {0.4, 0.3, 0.25, 0.025, 0.025},
+      {0.2, 0.7, 0.06, 0.02, 0.02},  // of what the label set lacks at most .7 and .2; A .2 and .6
+      {0.35, 0.05, 0.05, 0.3, 0.25},
+  };
+  const std::vector<std::vector<double>> other = {
+      {0.4, 0.25, 0.3, 0.025, 0.025},  // of what the label set lacks at most .3 and .3, together .55 and .55; A .4
+      {0.6, 0.1, 0.2, 0.05, 0.05},
+      {0.4, 0.05, 0.05, 0.25, 0.25},  // A .35 and .4, B at most .3 and .25, its parts together .55 and .5
+  };
+  EXPECT_EQ(classes_of_row({one, other}, class_of, true), (std::vector<ClassId>{kA, ClassId::kUnknown, kA}));
+  EXPECT_EQ(classes_of_row({one, other}, class_of, false), (std::vector<ClassId>{ClassId::kUnknown, ClassId::kUnknown, kB}));
 }
 
 TEST(SemanticLogits, SurvivesAbsurdLogits) {

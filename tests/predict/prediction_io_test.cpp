@@ -90,6 +90,45 @@ TEST(Predictions, KeepWhatWasNotToldApartAndWhatClassesCanBe) {
   }
 }
 
+TEST(Predictions, WithoutWholeClassesWhatWasNotToldApartIsUnknownAndStuffStaysWhateverItIsCalled) {
+  const std::filesystem::path folder = fresh_folder();
+  const Segmentation written{Image<std::uint16_t>(4, 1, {0, 1, 2, 3}),
+                             {{kChair, 1, {}, true}, {kCup, 0.5F, {{kCup, 1}}}, {kWall, 1, {}, true}}};
+  PredictionWriter(folder, labels(), "test").write(4, written);
+  const Segmentation read = make_file_predictor(folder, labels(), false)->predict(frame_number(4, 4, 1));
+  EXPECT_EQ(read, (Segmentation{Image<std::uint16_t>(4, 1, {0, 0, 1, 2}), {{kCup, 0.5F, {{kCup, 1}}}, {kWall, 1, {}, true}}}));
+  EXPECT_EQ(make_file_predictor(folder, labels())->predict(frame_number(4, 4, 1)), written);
+}
+
+TEST(Predictions, WithoutWholeClassesAreWhatWouldHaveBeenPredictedWithoutThem) {
+  constexpr int kFrames = 30;
+  std::mt19937 random(12);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const std::vector<ClassId> classes = {ClassId::kUnknown, kWall, kChair, kCup};
+  const std::filesystem::path folder = fresh_folder();
+  PredictionWriter writer(folder, labels(), "test");
+  std::vector<Segmentation> expected;
+  for (int i = 0; i < kFrames; ++i) {
+    Image<ClassId> semantic(13, 9);
+    for (std::size_t k = 0; k < semantic.size(); ++k) semantic[k] = classes[static_cast<std::size_t>(below(4))];
+    std::vector<Instance> instances(static_cast<std::size_t>(below(4)));
+    for (Instance& instance : instances) {
+      instance.segment = {kChair, 0.5F, {}};
+      instance.x0 = below(10);
+      instance.y0 = below(7);
+      instance.mask = Image<std::uint8_t>(below(6) + 1, below(6) + 1, 1);
+    }
+    writer.write(i, fuse(semantic, instances, labels()));
+    expected.push_back(fuse(semantic, instances, labels(), {.keep_whole_classes = false}));
+  }
+  const auto with = make_file_predictor(folder);
+  const auto without = make_file_predictor(folder, {}, false);
+  for (int i = 0; i < kFrames; ++i) {
+    EXPECT_EQ(without->predict(frame_number(i)), expected[static_cast<std::size_t>(i)]) << i;
+    EXPECT_NE(with->predict(frame_number(i)), expected[static_cast<std::size_t>(i)]) << i << ": nothing to leave out";
+  }
+}
+
 TEST(Predictions, AreEmptyForFramesThatWereNotWritten) {
   const std::filesystem::path folder = fresh_folder();
   PredictionWriter writer(folder, labels(), "test");

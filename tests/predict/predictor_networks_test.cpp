@@ -83,6 +83,17 @@ TEST(NetworkPredictor, AveragesSemanticNetworks) {
   EXPECT_TRUE(one.segments[1].is_whole_class);
 }
 
+TEST(NetworkPredictor, LikeliestFirstLooksForTheNetworksOwnClassBeforeTheLabelSets) {
+  const Image<Rgb> color(8, 4, Rgb{200, 215, 200});  // ball .46, red .27, and sky, which is taken for red, .27
+  for (const bool likeliest_first : {false, true}) {
+    NetworkOptions options = color_network("[class_map.colors]\nred = \"red\"\nball = \"ball\"\nsky = \"red\"\n");
+    options.likeliest_first = likeliest_first;
+    const Segmentation result = make_network_predictor(options, color_labels())->predict(frame_of(color));
+    ASSERT_EQ(result.segments.size(), 1U);
+    EXPECT_EQ(result.segments[0].class_id, likeliest_first ? kBall : kRed);
+  }
+}
+
 TEST(NetworkPredictor, GivesNothingForAFrameWithoutColor) {
   EXPECT_EQ(make_network_predictor(color_network(), color_labels())->predict(Frame()), Segmentation());
 }
