@@ -106,7 +106,7 @@ class Session {
   void count_frame(const Frame& frame);
   void count_labels(const Segmentation& segmentation);
   void note_together();
-  SoFar so_far() const { return {up(), last_frame_, frames_.used()}; }
+  SoFar so_far() const { return {up(), last_frame_, labelled_}; }
 
   LabelSet labels_;
   VoxelMap map_;

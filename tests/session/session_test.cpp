@@ -60,6 +60,15 @@ TEST(Session, TheSameFramesGiveTheSameMapAtAnyThreadCount) {
   EXPECT_EQ(hashes[0], hashes[2]);
 }
 
+TEST(Session, WithoutAPredictionThereIsNoObjectAndNoLabel) {
+  Session session({}, test::test_labels());
+  for (int i = 0; i < 60; ++i) ASSERT_EQ(session.add(orbit_frame(i), {}), std::nullopt);
+  session.finish();
+  EXPECT_EQ(session.objects().count(), 0U);
+  const std::vector<bool> labels = ids_in_use(session.map());
+  EXPECT_EQ(std::count(labels.begin() + 1, labels.end(), true), 0);
+}
+
 TEST(Session, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
   Session session({}, test::test_labels());
   const Frame good = orbit_frame(0);
