@@ -101,6 +101,7 @@ class Session {
   class Stages;
 
   std::optional<std::string> why_refused(const Frame& frame, const Segmentation& segmentation) const;
+  std::optional<std::string> why_unfit(const Frame& frame, const RegisteredFrame& registered);
   const std::vector<LabelSlot>& track(const Frame& frame, const Segmentation& segmentation, const RegisteredFrame& registered,
                                       Stages& stages);
   void count_frame(const Frame& frame);
