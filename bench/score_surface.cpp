@@ -26,7 +26,10 @@ SurfaceScores scores_of(const char* mesh, const char* truth) {
 Json to_json(const SurfaceScores& scores) {
   Json at = Json::array();
   for (const ThresholdScores& t : scores.at) {
-    at.push_back({{"threshold_m", t.threshold_m}, {"precision", t.precision}, {"recall", t.recall}, {"f_score", t.f_score}});
+    at.push_back({{"threshold_m", t.threshold_m},
+                  {"precision", t.precision.value_or(0)},
+                  {"recall", t.recall.value_or(0)},
+                  {"f_score", t.f_score.value_or(0)}});
   }
   return {
       {"accuracy_m", scores.accuracy_m.value_or(0)}, {"completion_m", scores.completion_m.value_or(0)}, {"at", std::move(at)}};

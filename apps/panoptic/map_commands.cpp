@@ -229,6 +229,7 @@ int map_query(const Arguments& a) {
 
 int map_regularize(const Arguments& a) {
   set_thread_count(a.threads);
+  MapLock lock(a.map);
   SavedMap saved = load_map(a.map);
   Options options = options_of(saved);
   for (const std::string& setting : a.settings) {
@@ -239,7 +240,7 @@ int map_regularize(const Arguments& a) {
     }
   }
   options.regularizer.enabled = true;
-  MapFileWriter writer = MapFileWriter::open(a.map, saved);
+  MapFileWriter writer = MapFileWriter::open(a.map, std::move(lock), saved);
   SessionState state = session_state(saved, load_frames(a.map));
   state.regularizer.handled.clear();  // all of it, from what the frames voted for
   const std::uint64_t before = saved.map.epoch();

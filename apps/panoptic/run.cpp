@@ -36,8 +36,8 @@ struct Run {
   RunSummary summary;
   std::unique_ptr<LoopPublisher> publisher = nullptr;  // of an offline run that somebody looks at
   std::unique_ptr<Checkpoints> checkpoints = nullptr;  // of a run that a map file is kept of
-  std::int64_t first_used = 0;                         // frame numbers, in the order of the recording
-  std::int64_t last_used = 0;
+  std::optional<std::int64_t> first_used = {};         // frame numbers, in the order of the recording
+  std::optional<std::int64_t> last_used = {};
 };
 
 void map_frame(const std::shared_ptr<const Frame>& frame, Run& run) {
@@ -50,7 +50,7 @@ void map_frame(const std::shared_ptr<const Frame>& frame, Run& run) {
   const std::optional<std::string> refused = run.session.add(*frame, *segmentation);
   if (run.checkpoints) run.checkpoints->note(record_of(*frame, !segmentation->segment_at.empty(), refused));
   if (refused) return;
-  if (run.session.frames().used() == 1) run.first_used = frame->index;
+  if (!run.first_used) run.first_used = frame->index;
   run.last_used = frame->index;
   if (run.predictor != nullptr && segmentation->segment_at.empty()) ++run.summary.without_prediction;
   if (run.publisher) run.publisher->added(frame, std::move(segmentation));
@@ -87,7 +87,7 @@ void map_frames(FrameStream& stream, Run& run, Progress& progress) {
 void count_resumed(Run& run) {
   for (const FrameRecord& frame : run.checkpoints->resumed_frames()) {
     if (!frame.unused_because.empty()) continue;
-    if (run.last_used == 0) run.first_used = frame.frame;
+    if (!run.first_used) run.first_used = frame.frame;
     run.last_used = frame.frame;
     if (run.predictor != nullptr && !frame.labelled) ++run.summary.without_prediction;
   }
@@ -242,7 +242,7 @@ void require_use(const Run& run, const Arguments& arguments) {
     throw Error(
         fmt::format("{}: no prediction matched a frame; the {} frames used are numbered {} to {}, and a prediction must "
                     "have the number of its frame (the map in {} has no labels)",
-                    run.summary.predictor, used, run.first_used, run.last_used, arguments.output));
+                    run.summary.predictor, used, run.first_used.value_or(0), run.last_used.value_or(0), arguments.output));
   }
 }
 

@@ -53,6 +53,8 @@ class PartialFile {
 
 // Moves what is called `from` to the name `to`, at once or not at all. Throws FileError.
 void rename_file(const std::filesystem::path& from, const std::filesystem::path& to);
+// The same, but false if the name is taken: of several who try it, also in other processes, one succeeds.
+[[nodiscard]] bool rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to);
 
 // Creates the folder and its parents and proves that files can be written there. Throws FileError otherwise.
 void require_writable_folder(const std::filesystem::path& folder);

@@ -35,9 +35,7 @@ double value(const std::optional<double>& fraction) {
 
 std::optional<double> miou(const Outcome& o) { return o.scores.semantic ? o.scores.semantic->miou : std::nullopt; }
 std::optional<double> ap50(const Outcome& o) { return o.scores.instance ? o.scores.instance->mean.ap50 : std::nullopt; }
-std::optional<double> f_score(const Outcome& o) {
-  return o.scores.surface ? std::optional(o.scores.surface->at.front().f_score) : std::nullopt;
-}
+std::optional<double> f_score(const Outcome& o) { return o.scores.surface ? o.scores.surface->at.front().f_score : std::nullopt; }
 
 std::string row(const Outcome& o) {
   const PanopticScores& pq = o.scores.panoptic.front();

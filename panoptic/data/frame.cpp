@@ -3,6 +3,7 @@
 #include "panoptic/data/frame.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace panoptic {
 namespace {
@@ -12,6 +13,16 @@ bool valid_camera(const Camera& camera) {
          camera.fy > 0 && std::isfinite(camera.cx) && std::isfinite(camera.cy);
 }
 
+// No lens draws straight lines straight over more than that, and every other source of such intrinsics is a mistake (metres or
+// shares of the image in place of pixels). So a surface that a frame sees has at most 56 times the square of its distance in
+// area.
+bool sees_too_much(const Camera& camera) {
+  constexpr double kTangentOfHalf = 3.7320508;  // of 150 degrees
+  const double x = std::max(std::abs(camera.cx), std::abs(camera.width - 1 - camera.cx)) / camera.fx;
+  const double y = std::max(std::abs(camera.cy), std::abs(camera.height - 1 - camera.cy)) / camera.fy;
+  return !(std::hypot(x, y) <= kTangentOfHalf);
+}
+
 }  // namespace
 
 std::optional<std::string> why_unusable(const Frame& frame) {
@@ -19,6 +30,8 @@ std::optional<std::string> why_unusable(const Frame& frame) {
   if (!is_rigid(frame.world_from_camera)) return "pose is not a rigid transform";
   if (!valid_camera(frame.depth_camera)) return "depth camera has no valid intrinsics";
   if (!valid_camera(frame.color_camera)) return "colour camera has no valid intrinsics";
+  if (sees_too_much(frame.depth_camera)) return "depth camera would see more than 150 degrees; are its intrinsics in pixels?";
+  if (sees_too_much(frame.color_camera)) return "colour camera would see more than 150 degrees; are its intrinsics in pixels?";
   if (frame.depth.empty()) return "depth image is missing";
   if (frame.color.empty()) return "colour image is missing";
   if (!frame.depth.same_size(frame.depth_camera.width, frame.depth_camera.height)) return "depth image has the wrong size";

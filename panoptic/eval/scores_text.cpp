@@ -84,7 +84,10 @@ void put_panoptic(const PanopticScores& panoptic, Json& json) {
 Json to_json(const SurfaceScores& surface) {
   Json at = Json::array();
   for (const ThresholdScores& t : surface.at) {
-    at.push_back({{"threshold_m", t.threshold_m}, {"precision", t.precision}, {"recall", t.recall}, {"f_score", t.f_score}});
+    at.push_back({{"threshold_m", t.threshold_m},
+                  {"precision", value_of(t.precision)},
+                  {"recall", value_of(t.recall)},
+                  {"f_score", value_of(t.f_score)}});
   }
   return {{"accuracy_m", value_of(surface.accuracy_m)}, {"completion_m", value_of(surface.completion_m)}, {"at", std::move(at)}};
 }

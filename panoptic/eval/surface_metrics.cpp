@@ -45,12 +45,11 @@ std::size_t sample_count(double area_m2) {
       kMinSamples, SurfaceMetrics::kMaxSamples);
 }
 
-ThresholdScores scores_at(double threshold_m, double precision, double recall) {
-  const double sum = precision + recall;
-  return {threshold_m, precision, recall, sum > 0 ? 2 * precision * recall / sum : 0};
+std::optional<double> share(std::size_t part, std::size_t all) {
+  return all == 0 ? std::nullopt : std::optional(static_cast<double>(part) / static_cast<double>(all));
 }
 
-double share(std::size_t part, std::size_t all) { return all == 0 ? 0 : static_cast<double>(part) / static_cast<double>(all); }
+double harmonic_mean(double a, double b) { return a + b > 0 ? 2 * a * b / (a + b) : 0; }
 
 }  // namespace
 
@@ -108,7 +107,12 @@ SurfaceScores SurfaceMetrics::scores() const {
   if (map_.measured > 0) scores.accuracy_m = map_.distance_sum_m / static_cast<double>(map_.measured);
   if (truth_.measured > 0) scores.completion_m = truth_.distance_sum_m / static_cast<double>(truth_.measured);
   for (std::size_t t = 0; t < kThresholds_m.size(); ++t) {
-    scores.at[t] = scores_at(kThresholds_m[t], share(map_.near[t], map_.points), share(truth_.near[t], truth_.points));
+    ThresholdScores& at = scores.at[t];
+    at.threshold_m = kThresholds_m[t];
+    if (truth_.points == 0) continue;
+    at.precision = share(map_.near[t], map_.points);
+    at.recall = share(truth_.near[t], truth_.points);
+    at.f_score = harmonic_mean(at.precision.value_or(0), *at.recall);
   }
   return scores;
 }

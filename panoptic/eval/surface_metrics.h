@@ -23,11 +23,12 @@ struct Surface {
 // `count` points, uniform by area and the same every time; none if the surface has no area.
 std::vector<Vec3f> sample_surface(const Surface& surface, std::size_t count);
 
+// Nothing without a surface of the truth; a map without any has missed all of it.
 struct ThresholdScores {
   double threshold_m = 0;
-  double precision = 0;  // share of the map's points with the truth nearer than the threshold
-  double recall = 0;     // share of the truth's points with the map nearer
-  double f_score = 0;    // their harmonic mean
+  std::optional<double> precision;  // share of the map's points with the truth nearer than the threshold; nothing without points
+  std::optional<double> recall;     // share of the truth's points with the map nearer
+  std::optional<double> f_score;    // their harmonic mean
 };
 
 struct SurfaceScores {

@@ -3,6 +3,7 @@
 #include "panoptic/fusion/integrator.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "panoptic/base/parallel.h"
 #include "panoptic/fusion/band_touch.h"
@@ -28,6 +29,25 @@ FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registe
           frame.world_from_camera.linear().cast<float>(),
           frame.world_from_camera.translation(),
           registered.farthest_m};
+}
+
+std::optional<std::string> Integrator::why_too_large(const Frame& frame, const RegisteredFrame& registered, const VoxelMap& map) {
+  constexpr double kBlocksPerSide = 4;  // of a block's side of surface: it lies askew, and the band is thick
+  constexpr double kWidestView = 56;    // area at depth 1, of 150 degrees; see why_unusable
+  constexpr double kBlocksAnyway = 1000;
+  const double range = double{registered.farthest_m + band_.truncation_m} / double{map.block_size_m()};
+  const double most = kBlocksPerSide * kWidestView * range * range + kBlocksAnyway;
+  // All that lies in view up to there is seldom more, and then there is no need to look.
+  const Camera& c = frame.depth_camera;
+  const double view = (c.width / c.fx) * (c.height / c.fy);
+  if (view / 3 * std::pow(range + 2, 3) <= most) return std::nullopt;
+  touch_bands(view_of(frame, registered, {}), band_, map.block_size_m(), keys_);
+  std::vector<std::uint64_t> touched;
+  for (std::vector<std::uint64_t>& keys : keys_) touched.insert(touched.end(), keys.begin(), keys.end());
+  std::sort(touched.begin(), touched.end());
+  const auto blocks = std::unique(touched.begin(), touched.end()) - touched.begin();
+  if (static_cast<double>(blocks) <= most) return std::nullopt;
+  return "depth would touch more of the map than a surface in view can; are the intrinsics and the depth scale right?";
 }
 
 void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels,

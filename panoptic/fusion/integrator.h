@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,6 +37,10 @@ class Integrator {
  public:
   // Panoptic ids from first_object on are objects (LabelSet::first_thing).
   Integrator(const IntegratorOptions& options, const VoxelMap& map, std::uint16_t first_object = 65535);
+
+  // Why a frame should not be integrated: its depth would touch more blocks than a surface in view can. Found out before any
+  // block is allocated, whichever the method.
+  std::optional<std::string> why_too_large(const Frame& frame, const RegisteredFrame& registered, const VoxelMap& map);
 
   // `labels` as LabelTracker::assign returns them. Starts a new epoch and marks the blocks it updates. Depth points beyond the
   // range of block indices (400 km at 2.4 cm) are left out.

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "panoptic/base/parallel.h"
+#include "panoptic/fusion/cell_grid.h"
 
 namespace panoptic {
 namespace {
@@ -66,9 +67,19 @@ class Ball {
   std::vector<int> half_width_;  // by dy^2 + dz^2
 };
 
-bool touches(std::uint32_t voxel, const VoxelSet& others, const SurfaceVoxels& surface, const Ball& ball) {
+// What near means: within the ball on the grid, which is of voxels or of cells. In voxels, that is at most `most_voxels`.
+template <typename Grid>
+struct Nearness {
+  const Grid& grid;
+  Ball ball;
+  int most_voxels;
+};
+
+template <typename Grid>
+bool touches(std::uint32_t voxel, const VoxelSet& others, const Nearness<Grid>& nearness) {
+  const Ball& ball = nearness.ball;
   bool found = false;
-  surface.visit_rows(
+  nearness.grid.visit_rows(
       voxel, ball.radius(), [&](int dy, int dz) { return ball.half_width(dy, dz); },
       [&](Slot slot, int row, std::uint16_t mask) {
         found = (others.bits(slot, row) & mask) != 0;
@@ -88,22 +99,37 @@ std::vector<std::uint32_t> candidates(const ObjectVoxels& smaller, const Box& la
 }
 
 // Of one object with all smaller ones, in their order.
+template <typename Grid>
 std::vector<Contact> contacts_of(const ObjectVoxels& larger, std::span<const ObjectVoxels> objects, const SurfaceVoxels& surface,
-                                 const Ball& ball, double min_share) {
+                                 const Nearness<Grid>& nearness, double min_share) {
   std::vector<Contact> contacts;
   std::optional<VoxelSet> voxels;
   for (const ObjectVoxels& own : objects) {
     const std::size_t size = larger.voxels.size();
     const bool is_smaller = own.voxels.size() < size || (own.voxels.size() == size && own.id > larger.id);
-    if (!is_smaller || !near(own.box, larger.box, ball.radius())) continue;
+    if (!is_smaller || !near(own.box, larger.box, nearness.most_voxels)) continue;
     const auto share_of = [&](auto count) { return static_cast<double>(count) / static_cast<double>(own.voxels.size()); };
-    const auto some = candidates(own, larger.box, surface, ball.radius());
+    const auto some = candidates(own, larger.box, surface, nearness.most_voxels);
     if (share_of(some.size()) <= min_share) continue;
-    if (!voxels) voxels.emplace(surface, larger.voxels);
+    if (!voxels) voxels.emplace(nearness.grid, larger.voxels);
     const double share =
-        share_of(std::count_if(some.begin(), some.end(), [&](std::uint32_t i) { return touches(i, *voxels, surface, ball); }));
+        share_of(std::count_if(some.begin(), some.end(), [&](std::uint32_t i) { return touches(i, *voxels, nearness); }));
     if (share > min_share) contacts.push_back({own.id, larger.id, share});
   }
+  return contacts;
+}
+
+template <typename Grid>
+std::vector<Contact> all_contacts(std::span<const ObjectVoxels> objects, const SurfaceVoxels& surface,
+                                  const Nearness<Grid>& nearness, double min_share) {
+  std::vector<std::vector<Contact>> by_object(objects.size());
+  parallel_for(objects.size(),
+               [&](std::size_t o) { by_object[o] = contacts_of(objects[o], objects, surface, nearness, min_share); });
+  std::vector<Contact> contacts;
+  for (const auto& own : by_object) contacts.insert(contacts.end(), own.begin(), own.end());
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return std::tuple(-a.share, a.smaller, a.larger) < std::tuple(-b.share, b.smaller, b.larger);
+  });
   return contacts;
 }
 
@@ -114,15 +140,12 @@ std::vector<Contact> contacts_between(std::span<const LabelSlot> ids, const Voxe
   if (ids.size() < 2) return {};
   std::vector<ObjectVoxels> objects;
   for (const LabelSlot id : ids) objects.push_back({id, voxels.at(id), box_of(voxels.at(id), surface)});
-  const Ball ball(reach);
-  std::vector<std::vector<Contact>> by_object(objects.size());
-  parallel_for(objects.size(), [&](std::size_t o) { by_object[o] = contacts_of(objects[o], objects, surface, ball, min_share); });
-  std::vector<Contact> contacts;
-  for (const auto& own : by_object) contacts.insert(contacts.end(), own.begin(), own.end());
-  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
-    return std::tuple(-a.share, a.smaller, a.larger) < std::tuple(-b.share, b.smaller, b.larger);
-  });
-  return contacts;
+  if (reach < kFarReach) return all_contacts(objects, surface, Nearness<SurfaceVoxels>{surface, Ball(reach), reach}, min_share);
+  constexpr int kMostCells = kFarReach - 1;
+  const int voxels_per_cell = (reach + kMostCells - 1) / kMostCells;
+  const int cells = (reach + voxels_per_cell / 2) / voxels_per_cell;
+  const CellGrid grid(surface, voxels_per_cell);
+  return all_contacts(objects, surface, Nearness<CellGrid>{grid, Ball(cells), (cells + 1) * voxels_per_cell}, min_share);
 }
 
 }  // namespace panoptic

@@ -18,7 +18,9 @@ struct Contact {
 };
 
 // All contacts of a share above `min_share` between the objects of `ids` (keys of `voxels`), the highest share first, then
-// the lowest ids. Near: at most `reach` voxels (below 16) apart.
+// the lowest ids. Near: at most `reach` voxels apart. From kFarReach on that is measured in cells of reach / 15 voxels an edge,
+// rounded up: the time does not grow with the reach, and each place is known to a cell.
+inline constexpr int kFarReach = kBlockSide;
 std::vector<Contact> contacts_between(std::span<const LabelSlot> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
                                       int reach, double min_share = 0);
 

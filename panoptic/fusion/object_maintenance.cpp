@@ -39,6 +39,9 @@ double length_m(const SurfaceVoxels& surface, const std::vector<std::uint32_t>& 
   return std::sqrt(kOfEvenSpread * std::max(0.0, variance));
 }
 
+// Did a frame ever say what this voxel is, be it "unknown"? Votes that cancelled each other leave a label without weight.
+bool was_voted_on(const VoxelBlock& block, std::size_t voxel) { return block.label_weight[voxel] > 0 || block.label[voxel] != 0; }
+
 LabelSlot most_frequent(const std::map<LabelSlot, std::size_t>& counts) {
   return std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
 }
@@ -58,7 +61,8 @@ Fields fields(MaintenanceOptions& o) {
           {"carve_height_m", &o.carve_height_m, "height above the table top from which on it is", in_range(0, 1)},
           {"floor_height_m", &o.floor_height_m, "level surface this near to the floor's plane is floor; 0 = off", in_range(0, 1)},
           {"min_observations", &o.min_observations,
-           "objects seen in fewer frames are dropped at the end (in short recordings: in less than 1 of 35)", in_range(0, kMany)},
+           "objects seen in fewer frames are dropped at the end (in short recordings: in less than 1 of 35 labelled frames)",
+           in_range(0, kMany)},
           {"min_thing_m2", &o.min_thing_m2, "things of no class with less surface are dropped at the end", in_range(0, 100)},
           {"min_region_m2", &o.min_region_m2, "unknown regions with at least this surface become things at the end",
            in_range(0, 10000)},
@@ -78,6 +82,11 @@ void ObjectMaintenance::saw_together(std::span<const LabelSlot> objects) {
   }
 }
 
+bool ObjectMaintenance::is_voted_on(const Pass& pass, std::uint32_t i) {
+  const auto [slot, voxel] = pass.surface.place_of(i);
+  return was_voted_on(pass.map.block(slot), voxel);
+}
+
 VoxelsByLabel ObjectMaintenance::objects_of(const Pass& pass) {
   return pass.surface.by_label([&](LabelSlot id) { return pass.objects.find(id) != nullptr; });
 }
@@ -92,7 +101,7 @@ ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& 
 }
 
 void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
-  if (!options_.enabled) return;
+  if (!options_.enabled || so_far.labelled_frames == 0) return;
   Pass pass = begin(map, objects, so_far);
   merge(pass);
   if (options_.carve) carve_supports(pass);
@@ -101,10 +110,10 @@ void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, const SoFar&
 
 void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
   constexpr std::uint64_t kFramesPerObservation = 35;
-  if (!options_.enabled) return;
+  if (!options_.enabled || so_far.labelled_frames == 0) return;
   Pass pass = begin(map, objects, so_far);
   pass.min_observations = std::min(static_cast<std::uint64_t>(options_.min_observations),
-                                   (so_far.frames_used + kFramesPerObservation - 1) / kFramesPerObservation);
+                                   (so_far.labelled_frames + kFramesPerObservation - 1) / kFramesPerObservation);
   while (merge(pass)) {
   }
   drop_strays(pass);
@@ -189,6 +198,7 @@ std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const 
     for (std::uint32_t i = first; i < end; ++i) {
       const LabelSlot label = pass.surface.label(i);
       if (label != support && (!over || !unnamed[number(label)])) continue;
+      if (label == LabelSlot::kUnknown && !is_voted_on(pass, i)) continue;
       const Vec3d p = place_m(pass.surface[i], voxel_m);
       if (stands_on(top, p, options_.carve_height_m, label != support)) things.push_back(i);
     }
@@ -290,9 +300,10 @@ void ObjectMaintenance::drop_faint(Pass& pass) const {
 }
 
 void ObjectMaintenance::name_unknown_regions(Pass& pass) const {
-  const VoxelsByLabel unknown = pass.surface.by_label([](LabelSlot label) { return label == LabelSlot::kUnknown; });
-  if (unknown.empty()) return;
-  for (const auto& region : pass.surface.components(unknown.at(LabelSlot::kUnknown), 1)) {
+  VoxelsByLabel by_label = pass.surface.by_label([](LabelSlot label) { return label == LabelSlot::kUnknown; });
+  std::vector<std::uint32_t>& unknown = by_label[LabelSlot::kUnknown];
+  std::erase_if(unknown, [&](std::uint32_t i) { return !is_voted_on(pass, i); });
+  for (const auto& region : pass.surface.components(unknown, 1)) {
     if (region.size() < voxels_of(options_.min_region_m2, pass.map)) continue;
     const LabelSlot id = pass.objects.create(pass.frame).value_or(LabelSlot::kUnknown);
     for (const std::uint32_t i : region) pass.surface.relabel(i, id);

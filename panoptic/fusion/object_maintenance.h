@@ -33,19 +33,19 @@ struct MaintenanceOptions {
   float carve_height_m = 0.02F;  // above the table top
   // At the end:
   float floor_height_m = 0.03F;  // level surface this near to the floor's plane is floor; 0 = as the networks say
-  int min_observations = 6;     // objects seen less often are dropped; in short recordings, those seen in less than 1 frame of 35
-  float min_thing_m2 = 0.05F;   // unnamed things with less surface are dropped
-  float min_region_m2 = 0.12F;  // unknown regions from this surface on are things
-  float stray_share = 0.15F;    // pieces of an object smaller than this share of its largest piece are dropped
-  float size_margin = 1.15F;    // an object this much longer than its class can be (label set, max_size_m) is of another class
+  int min_observations = 6;      // objects seen less often are dropped; with few labelled frames, those seen in less than 1 of 35
+  float min_thing_m2 = 0.05F;    // unnamed things with less surface are dropped
+  float min_region_m2 = 0.12F;   // unknown regions from this surface on are things
+  float stray_share = 0.15F;     // pieces of an object smaller than this share of its largest piece are dropped
+  float size_margin = 1.15F;     // an object this much longer than its class can be (label set, max_size_m) is of another class
 };
 Fields fields(MaintenanceOptions& options);
 
 // What is known of the recording by now.
 struct SoFar {
-  Vec3d up = -Vec3d::UnitY();  // roughly upwards in the world, unit length
-  std::int64_t frame = 0;      // number of the newest frame that was used
-  std::uint64_t frames_used = 0;
+  Vec3d up = -Vec3d::UnitY();         // roughly upwards in the world, unit length
+  std::int64_t frame = 0;             // number of the newest frame that was used
+  std::uint64_t labelled_frames = 0;  // those that came with a prediction; without any there is nothing to maintain
 };
 
 // Frames with a mask of each of two objects; first < second.
@@ -80,6 +80,7 @@ class ObjectMaintenance {
 
   Pass begin(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
   static VoxelsByLabel objects_of(const Pass& pass);
+  static bool is_voted_on(const Pass& pass, std::uint32_t i);
   bool merge(Pass& pass);
   void carve_supports(Pass& pass) const;
   std::vector<std::uint32_t> things_on(const Pass& pass, const SupportTop& top, LabelSlot support,

@@ -18,7 +18,8 @@ namespace {
 // pixels and spans little of a slanted surface where they do not.
 int cell_size_px(const Camera& color, const Camera& depth) {
   constexpr double kDepthPixels = 2;
-  return std::max(1, static_cast<int>(std::lround(kDepthPixels * color.fx / depth.fx)));
+  const double most = std::max(color.width, color.height);  // then there is one cell
+  return static_cast<int>(std::lround(std::clamp(kDepthPixels * color.fx / depth.fx, 1.0, most)));
 }
 // A surface this much behind the nearest one in its cell is hidden: more than depth noise and slant within a cell.
 constexpr float kHiddenBehind_m = 0.03F;

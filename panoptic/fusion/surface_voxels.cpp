@@ -202,17 +202,4 @@ std::size_t SurfaceVoxels::write_labels(VoxelMap& map) const {
   return written;
 }
 
-VoxelSet::VoxelSet(const SurfaceVoxels& surface, std::span<const std::uint32_t> members)
-    : place_(surface.block_count(), 0), blocks_(1) {
-  for (const std::uint32_t member : members) {
-    const auto [slot, voxel] = surface.place_of(member);
-    if (place_[slot] == 0) {
-      place_[slot] = static_cast<std::uint32_t>(blocks_.size());
-      blocks_.emplace_back();
-    }
-    std::uint16_t& row = blocks_[place_[slot]][voxel / kBlockSide];
-    row = static_cast<std::uint16_t>(row | 1U << (voxel % kBlockSide));
-  }
-}
-
 }  // namespace panoptic

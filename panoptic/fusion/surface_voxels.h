@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "panoptic/base/error.h"
 #include "panoptic/data/labels.h"
 #include "panoptic/map/voxel_map.h"
 
@@ -33,6 +34,15 @@ using VoxelsByLabel = std::map<LabelSlot, std::vector<std::uint32_t>>;
 // Voxels of one block, a bit each (the lowest is x = 0), by row along x: row y + 16 z.
 inline constexpr int kBlockRows = kBlockSide * kBlockSide;
 using BlockBits = std::array<std::uint16_t, kBlockRows>;
+
+// The slots of a block and of those around it, x fastest, the block itself in the middle; VoxelMap::kNoSlot where there is none.
+using NeighbourSlots = std::array<Slot, 27>;
+
+// The rows of voxels around the voxel of a block with these neighbours: calls visit(slot, row, mask) with a bit for every place
+// that is at most `reach` voxels away along y and z and half_width(dy, dz) (at most reach; none if negative) along x, until a
+// call returns false. REQUIRES reach < kBlockSide.
+template <typename HalfWidth, typename Visit>
+void visit_rows_around(const NeighbourSlots& blocks, std::uint16_t voxel, int reach, HalfWidth&& half_width, Visit&& visit);
 
 // A set of labels that may hold more than were put in: label n is bit n % 256.
 using LabelBits = std::bitset<256>;
@@ -73,13 +83,14 @@ class SurfaceVoxels {
   template <typename Visit>
   void visit_near(std::uint32_t i, int reach, Visit&& visit) const;
 
-  // The rows of voxels around one: calls visit(slot, row, mask) with a bit for every place that is at most `reach` (below 16)
-  // voxels away along y and z and half_width(dy, dz) (at most reach; none if negative) along x, until a call returns false.
+  // visit_rows_around this voxel.
   template <typename HalfWidth, typename Visit>
-  void visit_rows(std::uint32_t i, int reach, HalfWidth&& half_width, Visit&& visit) const;
+  void visit_rows(std::uint32_t i, int reach, HalfWidth&& half_width, Visit&& visit) const {
+    visit_rows_around(blocks_[voxels_[i].slot].neighbours, voxels_[i].voxel, reach, half_width, visit);
+  }
 
   // Connected components of the given voxels, each ascending, the one with the lowest index first. Voxels are connected if they
-  // are at most `reach` apart along each axis.
+  // are at most `reach` (below 16) apart along each axis.
   std::vector<std::vector<std::uint32_t>> components(std::span<const std::uint32_t> members, int reach) const;
 
   // Labels that differ from the map's are written; their weights stay. Returns how many.
@@ -93,7 +104,7 @@ class SurfaceVoxels {
   };
   struct Block {
     std::array<std::int32_t, 3> corner{};
-    std::array<Slot, 27> neighbours{};  // x fastest, the block itself in the middle
+    NeighbourSlots neighbours{};
     BlockBits surface{};
     BlockBits before{};  // by row: surface voxels in the rows before it
     std::uint32_t count = 0;
@@ -113,10 +124,11 @@ class SurfaceVoxels {
   std::vector<char> relabelled_;              // by slot
 };
 
-// A set of surface voxels that takes memory only for the blocks that it has voxels in.
+// A set of surface voxels, or of the cells that they lie in (CellGrid), that takes memory only for the blocks that it has any in.
 class VoxelSet {
  public:
-  VoxelSet(const SurfaceVoxels& surface, std::span<const std::uint32_t> members);
+  template <typename Grid>
+  VoxelSet(const Grid& grid, std::span<const std::uint32_t> members);
 
   std::uint16_t bits(Slot slot, int row) const { return blocks_[place_[slot]][static_cast<std::size_t>(row)]; }
   // Takes these out of the set. REQUIRES that they are in.
@@ -130,14 +142,26 @@ class VoxelSet {
   std::vector<BlockBits> blocks_;
 };
 
+template <typename Grid>
+VoxelSet::VoxelSet(const Grid& grid, std::span<const std::uint32_t> members) : place_(grid.block_count(), 0), blocks_(1) {
+  for (const std::uint32_t member : members) {
+    const auto [slot, voxel] = grid.place_of(member);
+    if (place_[slot] == 0) {
+      place_[slot] = static_cast<std::uint32_t>(blocks_.size());
+      blocks_.emplace_back();
+    }
+    std::uint16_t& row = blocks_[place_[slot]][voxel / kBlockSide];
+    row = static_cast<std::uint16_t>(row | 1U << (voxel % kBlockSide));
+  }
+}
+
 template <typename HalfWidth, typename Visit>
-void SurfaceVoxels::visit_rows(std::uint32_t i, int reach, HalfWidth&& half_width, Visit&& visit) const {
-  const Entry& centre = voxels_[i];
-  const std::array<Slot, 27>& blocks = blocks_[centre.slot].neighbours;
+void visit_rows_around(const NeighbourSlots& blocks, std::uint16_t voxel, int reach, HalfWidth&& half_width, Visit&& visit) {
+  PANOPTIC_ASSERT(reach >= 0 && reach < kBlockSide);
   // Counted from the corner of the lowest neighbour, so that nothing is negative.
-  const int cx = kBlockSide + centre.voxel % kBlockSide;
-  const int cy = kBlockSide + centre.voxel / kBlockSide % kBlockSide;
-  const int cz = kBlockSide + centre.voxel / (kBlockSide * kBlockSide);
+  const int cx = kBlockSide + voxel % kBlockSide;
+  const int cy = kBlockSide + voxel / kBlockSide % kBlockSide;
+  const int cz = kBlockSide + voxel / (kBlockSide * kBlockSide);
   for (int z = cz - reach; z <= cz + reach; ++z) {
     for (int y = cy - reach; y <= cy + reach; ++y) {
       const int width = half_width(y - cy, z - cz);

@@ -125,6 +125,7 @@ struct MapFileWriter::State {
   void put_states(const std::map<std::string, Bytes>& states);
   LabelExtents all_extents(const std::vector<BlockCopy>& blocks);
 
+  std::optional<MapLock> lock;  // none of a file that nobody else knows of; outlives the connection
   Database database;
   float voxel_size_m;
   ObjectTableWriter objects;
@@ -170,32 +171,69 @@ MapFileWriter::~MapFileWriter() {
   }
 }
 
-MapFileWriter MapFileWriter::create(const std::filesystem::path& path, const MapHeader& header) {
-  if (is_there(path)) {
-    throw Error(fmt::format("{} is there already; choose another name or remove it", path.string()));
+// A whole map under a name that nobody looks for, until it is given its own; then it is somebody's from the first moment.
+class MapFileWriter::Aside {
+ public:
+  Aside(std::filesystem::path path, const MapHeader& header, const MapUpdate& update)
+      : path_(std::move(path)), partial_(partial_beside(path_)) {
+    if (is_there(path_.string() + "-wal") || is_there(path_.string() + "-journal")) {
+      throw Error(fmt::format("{} is being written, or was when its run ended early: finish that run, or choose another name",
+                              path_.string()));
+    }
+    remove_database(partial_);
+    try {
+      write(header, update);
+    } catch (...) {
+      remove_database(partial_);
+      throw;
+    }
   }
-  // Made aside, so that a file of this name is a map from the first moment.
-  const std::filesystem::path partial = partial_beside(path);
-  remove_database(partial);
-  try {
-    Database database(partial, DatabaseAccess::kCreate);
-    set_page_size(database);
-    Transaction transaction(database);
-    create_map_tables(database);
-    put_header(database, header);
-    transaction.commit();
-    rename_file(partial, path);
-  } catch (...) {
-    remove_database(partial);
-    throw;
+  ~Aside() { remove_database(partial_); }
+  Aside(const Aside&) = delete;
+  Aside& operator=(const Aside&) = delete;
+
+  [[nodiscard]] MapLock put_new() const {
+    MapLock lock(partial_);
+    if (rename_to_new(partial_, path_)) return lock;
+    throw Error(fmt::format("{} is there already, made by another run just now; choose another name", path_.string()));
   }
-  auto state = std::make_unique<State>(path, header);
-  state->database.execute(kWriteAhead);
-  return MapFileWriter(std::move(state));
+
+  [[nodiscard]] MapLock put_over_old() const {
+    MapLock lock(partial_);
+    rename_file(partial_, path_);
+    return lock;
+  }
+
+ private:
+  void write(const MapHeader& header, const MapUpdate& update) const {
+    {
+      Database database(partial_, DatabaseAccess::kCreate);
+      set_page_size(database);
+      Transaction transaction(database);
+      create_map_tables(database);
+      put_header(database, header);
+      transaction.commit();
+    }
+    auto state = std::make_unique<State>(partial_, header);
+    state->database.execute(kWriteAhead);
+    MapFileWriter writer(std::move(state));
+    writer.write(update, true);
+    writer.close();
+  }
+
+  std::filesystem::path path_;
+  std::filesystem::path partial_;
+};
+
+MapFileWriter MapFileWriter::create(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update) {
+  if (is_there(path)) throw Error(fmt::format("{} is there already; choose another name or remove it", path.string()));
+  MapLock lock = Aside(path, header, update).put_new();
+  return open(path, std::move(lock), load_map(path));
 }
 
-MapFileWriter MapFileWriter::open(const std::filesystem::path& path, const SavedMap& saved) {
+MapFileWriter MapFileWriter::open(const std::filesystem::path& path, MapLock lock, const SavedMap& saved) {
   auto state = std::make_unique<State>(path, saved.header);
+  state->lock.emplace(std::move(lock));
   state->database.execute(kWriteAhead);
   state->extents.resize(saved.map.block_count());
   parallel_for(saved.map.block_count(), [&](std::size_t i) {
@@ -242,21 +280,10 @@ MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects) {
 }
 
 void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update) {
-  const std::filesystem::path partial = path.parent_path() / fmt::format(".{}.{}.new", path.filename().string(), ::getpid());
-  if (is_there(path.string() + "-wal") || is_there(path.string() + "-journal")) {
-    throw Error(fmt::format("{} is being written, or was when its run ended early: finish that run, or choose another name",
-                            path.string()));
-  }
-  remove_database(partial);
-  try {
-    MapFileWriter writer = MapFileWriter::create(partial, header);
-    writer.write(update, true);
-    writer.close();
-    rename_file(partial, path);
-  } catch (...) {
-    remove_database(partial);
-    throw;
-  }
+  std::optional<MapLock> old;
+  if (is_there(path)) old.emplace(path);
+  const MapFileWriter::Aside aside(path, header, update);
+  const MapLock lock = old ? aside.put_over_old() : aside.put_new();
 }
 
 }  // namespace panoptic

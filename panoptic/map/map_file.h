@@ -17,6 +17,7 @@
 #include "panoptic/base/geometry.h"
 #include "panoptic/data/labels.h"
 #include "panoptic/map/compression.h"
+#include "panoptic/map/map_lock.h"
 #include "panoptic/map/object_registry.h"
 #include "panoptic/map/voxel_map.h"
 
@@ -76,13 +77,14 @@ struct MapUpdate {
 MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects);
 
 // Writes a map file bit by bit while the map grows. At every moment the file holds what the last successful write was given,
-// also if the process is killed. One thread at a time; not necessarily the one that the map belongs to. Throws Error.
+// also if the process is killed. Until it is closed nobody else can write the file. One thread at a time; not necessarily the one
+// that the map belongs to. Throws Error.
 class MapFileWriter {
  public:
-  // A new file that holds an empty map. Refuses if there is a file of that name.
-  static MapFileWriter create(const std::filesystem::path& path, const MapHeader& header);
-  // Goes on in a file that was loaded as `saved`.
-  static MapFileWriter open(const std::filesystem::path& path, const SavedMap& saved);
+  // A new file that holds this map from its first moment on. Refuses if there is a file of that name.
+  static MapFileWriter create(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update);
+  // Goes on in a file that was loaded as `saved` under the lock.
+  static MapFileWriter open(const std::filesystem::path& path, MapLock lock, const SavedMap& saved);
 
   MapFileWriter(const MapFileWriter&) = delete;
   MapFileWriter& operator=(const MapFileWriter&) = delete;
@@ -99,11 +101,13 @@ class MapFileWriter {
 
  private:
   struct State;
+  class Aside;
+  friend void save_map(const std::filesystem::path&, const MapHeader&, const MapUpdate&);
   explicit MapFileWriter(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 
-// A whole map at once; the file appears whole or not at all, and replaces an older one.
+// A whole map at once; the file appears whole or not at all, and replaces an older one unless somebody writes that.
 void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update);
 
 }  // namespace panoptic

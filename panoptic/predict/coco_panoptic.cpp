@@ -95,8 +95,9 @@ CocoPanoptic::Picture to_picture(const JsonValue& annotation, const std::filesys
     const auto category = classes.find(entry.at("category_id").integer(0, kMaxId));
     if (category == classes.end()) entry.at("category_id").wrong("the id of a category");
     const std::optional<JsonValue> score = entry.find("score");
+    const std::optional<JsonValue> crowd = entry.find("iscrowd");
     picture.segments.push_back({static_cast<std::uint32_t>(entry.at("id").integer(1, kMaxSegmentId)), category->second,
-                                score ? static_cast<float>(score->number(0, 1)) : 1.0F});
+                                score ? static_cast<float>(score->number(0, 1)) : 1.0F, crowd && crowd->boolean()});
   }
   auto& segments = picture.segments;
   std::sort(segments.begin(), segments.end(), [](const CocoSegment& a, const CocoSegment& b) { return a.id < b.id; });
@@ -116,21 +117,23 @@ std::filesystem::path picture_folder(const std::filesystem::path& json) {
 // Which segment of the result each segment of the picture becomes, 0 = unknown.
 std::vector<std::uint16_t> number_segments(const CocoPanoptic::Picture& picture, const LabelSet& labels,
                                            std::vector<Segment>& result) {
-  std::map<ClassId, std::uint16_t> stuff;
+  std::map<ClassId, std::uint16_t> shared;  // of stuff, and of things that were not told apart
   std::vector<std::uint16_t> numbers;
   for (const CocoSegment& segment : picture.segments) {
     if (segment.class_id == ClassId::kUnknown) {
       numbers.push_back(0);
       continue;
     }
-    const auto seen = stuff.find(segment.class_id);
-    if (seen != stuff.end()) {
+    const bool is_crowd = segment.is_crowd && labels.is_thing(segment.class_id);
+    const bool is_shared = is_crowd || labels.is_stuff(segment.class_id);
+    const auto seen = is_shared ? shared.find(segment.class_id) : shared.end();
+    if (seen != shared.end()) {
       numbers.push_back(seen->second);
       continue;
     }
-    result.push_back({segment.class_id, segment.score, {}});
+    result.push_back({segment.class_id, segment.score, {}, is_crowd});
     numbers.push_back(static_cast<std::uint16_t>(result.size()));
-    if (labels.is_stuff(segment.class_id)) stuff[segment.class_id] = numbers.back();
+    if (is_shared) shared[segment.class_id] = numbers.back();
   }
   return numbers;
 }

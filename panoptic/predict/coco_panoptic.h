@@ -20,6 +20,7 @@ struct CocoSegment {
   std::uint32_t id = 0;  // red + 256 green + 65536 blue of its pixels
   ClassId class_id = ClassId::kUnknown;
   float score = 1;
+  bool is_crowd = false;  // several things that were not told apart
 };
 
 struct CocoPanoptic {
@@ -40,7 +41,8 @@ std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::p
 // not all of them; without `labels` the categories are the label set. Throws Error naming the file.
 CocoPanoptic read_coco_panoptic(const std::filesystem::path& json, const std::optional<LabelSet>& labels);
 
-// Empty where there is no picture for the frame. Stuff of one class becomes one segment. Throws Error naming the file.
+// Empty where there is no picture for the frame. Stuff of one class becomes one segment, and so
+// do the crowds of a thing class: is_whole_class. Throws Error naming the file.
 Segmentation read_coco_frame(const CocoPanoptic& coco, std::int64_t frame_index);
 
 }  // namespace panoptic

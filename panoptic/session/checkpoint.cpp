@@ -2,10 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/session/checkpoint.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstring>
@@ -82,21 +79,6 @@ void require_same_run(const std::filesystem::path& path, const SavedMap& saved, 
 
 }  // namespace
 
-// Keeps other processes from writing the same file. SQLite's own locks are of another kind and do not mind.
-struct Checkpoints::Lock {
-  explicit Lock(const std::filesystem::path& path) : fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    if (fd < 0 || ::flock(fd, LOCK_EX | LOCK_NB) == 0) return;
-    ::close(fd);
-    throw Error(fmt::format("another run writes {}: wait until it is done, or choose another file", path.string()));
-  }
-  ~Lock() {
-    if (fd >= 0) ::close(fd);
-  }
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
-  int fd;
-};
-
 // A checkpoint that is being written.
 struct Checkpoints::Pending {
   MapUpdate update;
@@ -155,14 +137,13 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
   }
   // With all that resuming needs from the first moment: the process may be killed at any.
   pending_ = copy(session, false);
-  save_map(settings_.path, {identity.options.map, session.labels()}, pending_->update);
+  const MapHeader header{identity.options.map, session.labels()};
+  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::create(settings_.path, header, pending_->update));
   collect();
-  lock_ = std::make_unique<Lock>(settings_.path);
-  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, load_map(settings_.path)));
 }
 
 void Checkpoints::resume(const RunIdentity& identity, Session& session) {
-  lock_ = std::make_unique<Lock>(settings_.path);
+  MapLock lock(settings_.path);
   SavedMap saved = load_map(settings_.path, identity.options.map);
   require_resumable(settings_.path, saved, identity);
   require_same_run(settings_.path, saved, identity, session.labels());
@@ -173,7 +154,7 @@ void Checkpoints::resume(const RunIdentity& identity, Session& session) {
   }
   was_complete_ = is_complete(saved);
   SessionState state = session_state(saved, resumed_frames_);
-  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, saved));
+  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
   saved_epoch_ = saved.map.epoch();
   session.restore(std::move(saved.map), std::move(saved.objects), std::move(state));
 }
@@ -258,7 +239,6 @@ void Checkpoints::finish(const Session& session, bool complete) {
   collect();
   writer_->close();
   writer_.reset();
-  lock_.reset();
 }
 
 }  // namespace panoptic

@@ -80,7 +80,6 @@ class Checkpoints {
   void finish(const Session& session, bool complete);
 
  private:
-  struct Lock;
   struct Pending;
 
   void resume(const RunIdentity& identity, Session& session);
@@ -89,7 +88,6 @@ class Checkpoints {
   bool is_writing() const { return writing_.valid(); }
 
   CheckpointSettings settings_;
-  std::unique_ptr<Lock> lock_;  // released after the file is closed
   std::unique_ptr<MapFileWriter> writer_;
   std::map<std::string, std::string> identity_;
   std::uint64_t positions_ = 0;

@@ -65,6 +65,11 @@ std::optional<std::string> Session::why_refused(const Frame& frame, const Segmen
   return std::nullopt;
 }
 
+std::optional<std::string> Session::why_unfit(const Frame& frame, const RegisteredFrame& registered) {
+  if (registered.readings == 0) return kNoReading;
+  return integrator_.why_too_large(frame, registered, map_);
+}
+
 std::optional<std::string> Session::add(const Frame& frame, const Segmentation& segmentation) {
   if (std::optional<std::string> reason = why_refused(frame, segmentation)) {
     skip({frame.index, *reason});
@@ -74,9 +79,9 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
 
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
-  if (registered.readings == 0) {
-    skip({frame.index, kNoReading});
-    return kNoReading;
+  if (std::optional<std::string> reason = why_unfit(frame, registered)) {
+    skip({frame.index, *reason});
+    return reason;
   }
   stages.done("register");
   const auto& ids = track(frame, segmentation, registered, stages);
@@ -94,7 +99,7 @@ std::optional<std::string> Session::add_geometry(const Frame& frame) {
   Stages stages(profile_);
   std::optional<std::string> reason = why_refused(frame, {});
   const RegisteredFrame* registered = reason ? nullptr : &registration_.apply(frame, {});
-  if (registered != nullptr && registered->readings == 0) reason = kNoReading;
+  if (registered != nullptr) reason = why_unfit(frame, *registered);
   if (reason) {
     skip({frame.index, *reason});
     return reason;
@@ -113,7 +118,7 @@ std::optional<std::string> Session::add_labels(const Frame& frame, const Segment
   if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
-  if (registered.readings == 0) return kNoReading;
+  if (std::optional<std::string> reason = why_unfit(frame, registered)) return reason;
   stages.done("register labels");
   const auto& ids = track(frame, segmentation, registered, stages);
   integrator_.integrate_labels(frame, registered, ids, map_);  // Eq. 9-11

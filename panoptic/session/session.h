@@ -101,12 +101,13 @@ class Session {
   class Stages;
 
   std::optional<std::string> why_refused(const Frame& frame, const Segmentation& segmentation) const;
+  std::optional<std::string> why_unfit(const Frame& frame, const RegisteredFrame& registered);
   const std::vector<LabelSlot>& track(const Frame& frame, const Segmentation& segmentation, const RegisteredFrame& registered,
                                       Stages& stages);
   void count_frame(const Frame& frame);
   void count_labels(const Segmentation& segmentation);
   void note_together();
-  SoFar so_far() const { return {up(), last_frame_, frames_.used()}; }
+  SoFar so_far() const { return {up(), last_frame_, labelled_}; }
 
   LabelSet labels_;
   VoxelMap map_;

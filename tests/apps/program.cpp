@@ -29,20 +29,38 @@ namespace {
   _exit(127);
 }
 
-}  // namespace
-
-ProgramResult run_program(const std::vector<std::string>& arguments, const std::function<void()>& in_child,
-                          const std::function<void(const RunningProgram&)>& while_running) {
-  const std::filesystem::path folder = fresh_folder("program_output");
+RunningProgram start(const std::vector<std::string>& arguments, const std::function<void()>& in_child) {
+  static int started = 0;  // programs may run inside others' time
+  const std::filesystem::path folder = fresh_folder(fmt::format("program_{}", started++));
   const pid_t pid = fork();
   if (pid == 0) {
     if (in_child) in_child();
     become_program(arguments, folder / "out", folder / "err");
   }
-  if (while_running) while_running({pid, folder / "out", folder / "err"});
+  return {pid, folder / "out", folder / "err"};
+}
+
+ProgramResult result_of(const RunningProgram& program) {
   int status = 0;
-  waitpid(pid, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(folder / "out"), read_file(folder / "err")};
+  waitpid(program.pid, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(program.out), read_file(program.err)};
+}
+
+}  // namespace
+
+ProgramResult run_program(const std::vector<std::string>& arguments, const std::function<void()>& in_child,
+                          const std::function<void(const RunningProgram&)>& while_running) {
+  const RunningProgram program = start(arguments, in_child);
+  if (while_running) while_running(program);
+  return result_of(program);
+}
+
+std::vector<ProgramResult> run_at_once(const std::vector<std::vector<std::string>>& programs) {
+  std::vector<RunningProgram> running;
+  for (const std::vector<std::string>& arguments : programs) running.push_back(start(arguments, {}));
+  std::vector<ProgramResult> results;
+  for (const RunningProgram& program : running) results.push_back(result_of(program));
+  return results;
 }
 
 bool wait_for_text(const RunningProgram& program, const std::filesystem::path& file, const std::string& text) {

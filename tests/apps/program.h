@@ -31,6 +31,9 @@ struct RunningProgram {
 ProgramResult run_program(const std::vector<std::string>& arguments, const std::function<void()>& in_child = {},
                           const std::function<void(const RunningProgram&)>& while_running = {});
 
+// Several programs that start at the same moment.
+std::vector<ProgramResult> run_at_once(const std::vector<std::vector<std::string>>& programs);
+
 // Waits until the text is in the file; false if the program ended first.
 bool wait_for_text(const RunningProgram& program, const std::filesystem::path& file, const std::string& text);
 

@@ -4,6 +4,7 @@
 // `panoptic run` and where its labels come from: flags, options, predictions, label sets.
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/io/mesh_io.h"
 #include "tests/apps/run_fixture.h"
 
 namespace panoptic {
@@ -37,6 +38,38 @@ TEST_F(Run, PredictionsOfAnotherRecordingAreAnError) {
   expect_one_line(result.err, "2 to 11");
   EXPECT_EQ(report()["frames"]["without_prediction"], 10);
   EXPECT_TRUE(fs::is_regular_file(out_ / "mesh.ply")) << "geometry and colour are kept";
+}
+
+TEST_F(Run, AFrameOfNumber0IsAFrameAlsoWhenItIsResumed) {
+  const fs::path predictions = write_predictions();
+  for (int i = 0; i < 12; ++i) fs::remove(predictions / fmt::format("{:06}.json", i));
+  const std::string map = (fresh_folder("map") / "map.panoptic").string();
+  for (const bool resumed : {false, true}) {
+    const ProgramResult result = run({"--predictions", predictions.string(), "--map", map, "--resume"});
+    EXPECT_EQ(result.exit_code, 1) << resumed;
+    expect_one_line(result.err, "the 12 frames used are numbered 0 to 11");
+  }
+}
+
+// Walls, a floor and furniture, which the rules for things that no network knows would make things of.
+TEST_F(Run, WithoutNetworksAndPredictionsThereIsNoObjectAndNoLabel) {
+  const fs::path home = fresh_folder("homes") / "home";
+  ASSERT_EQ(test::run_program({"simulate", "--seed", "1", "--rooms", "1", "--frames", "6", "-o", home.string()}).exit_code, 0);
+  const ProgramResult result = test::run_program({"run", home.string(), "-o", out_.string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(read_json_file(out_ / "objects.json")["objects"].size(), 0U);
+  const Mesh mesh = read_ply(out_ / "mesh.ply");
+  EXPECT_GT(mesh.vertices.size(), 1000U);
+  for (const MeshVertex& vertex : mesh.vertices) {
+    ASSERT_EQ(vertex.class_id, ClassId::kUnknown);
+    ASSERT_EQ(static_cast<int>(vertex.panoptic_id), 0);
+  }
+  const fs::path scores = fresh_folder("scores") / "scores.json";
+  const ProgramResult eval = test::run_program({"eval", out_.string(), "--gt", home.string(), "--json", scores.string()});
+  ASSERT_EQ(eval.exit_code, 0) << eval.err;
+  const Json coverage = read_json_file(scores)["vertices"];
+  EXPECT_EQ(coverage["labelled"], 0) << coverage.dump();
+  EXPECT_GT(coverage["reached"].get<int>(), 0) << coverage.dump();
 }
 
 TEST_F(Run, PredictionsOfAnotherLabelSetAreAnErrorThatNamesBoth) {

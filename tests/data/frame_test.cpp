@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -59,6 +60,23 @@ TEST(WhyUnusable, NamesBadIntrinsics) {
     EXPECT_EQ(reason_after([&](Frame& f) { harm(f.depth_camera); }), "depth camera has no valid intrinsics");
     EXPECT_EQ(reason_after([&](Frame& f) { harm(f.color_camera); }), "colour camera has no valid intrinsics");
   }
+}
+
+TEST(WhyUnusable, NamesIntrinsicsThatAreNotInPixels) {
+  const std::vector<std::function<void(Camera&)>> harms = {
+      [](Camera& c) { c.fx /= c.width, c.fy /= c.height, c.cx /= c.width, c.cy /= c.height; },  // shares of the image
+      [](Camera& c) { c.fx = c.fy = 0.004; },                                                   // metres
+      [](Camera& c) { c.fy = 0.9; }, [](Camera& c) { c.cx = 1e6; }, [](Camera& c) { c.cy = -1e300; }};
+  for (const auto& harm : harms) {
+    EXPECT_EQ(reason_after([&](Frame& f) { harm(f.depth_camera); }),
+              "depth camera would see more than 150 degrees; are its intrinsics in pixels?");
+    EXPECT_EQ(reason_after([&](Frame& f) { harm(f.color_camera); }),
+              "colour camera would see more than 150 degrees; are its intrinsics in pixels?");
+  }
+}
+
+TEST(WhyUnusable, AcceptsACameraThatSees120Degrees) {
+  EXPECT_EQ(reason_after([](Frame& f) { f.depth_camera.fx = f.depth_camera.fy = 2 / std::tan(3.14159 / 3); }), "usable");
 }
 
 TEST(WhyUnusable, NamesMissingImages) {

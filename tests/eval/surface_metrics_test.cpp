@@ -85,8 +85,8 @@ TEST(SurfaceMetrics, TellsMissingSurfaceFromSurfaceTooMuch) {
   const Square large(2, 0, 5);
   const SurfaceScores part = compare(small.surface(), large.surface());
   EXPECT_EQ(part.at[0].precision, 1);
-  EXPECT_NEAR(part.at[0].recall, 1.05 * 1.05 / 4, 0.01);
-  EXPECT_NEAR(part.at[0].f_score, 2 * part.at[0].recall / (1 + part.at[0].recall), 1e-12);
+  EXPECT_NEAR(part.at[0].recall.value(), 1.05 * 1.05 / 4, 0.01);
+  EXPECT_NEAR(part.at[0].f_score.value(), 2 * *part.at[0].recall / (1 + *part.at[0].recall), 1e-12);
   EXPECT_LT(part.accuracy_m.value(), 0.02);
   EXPECT_GT(part.completion_m.value(), 0.2);
   const SurfaceScores much = compare(large.surface(), small.surface());
@@ -99,7 +99,20 @@ TEST(SurfaceMetrics, CountsAnEmptyMapAsAllMissed) {
   const SurfaceScores scores = compare({}, truth.surface());
   EXPECT_FALSE(scores.accuracy_m.has_value());
   EXPECT_FALSE(scores.completion_m.has_value());
+  EXPECT_FALSE(scores.at[0].precision.has_value()) << "nothing is wrong where nothing is";
+  EXPECT_EQ(scores.at[0].recall, 0);
   EXPECT_EQ(scores.at[0].f_score, 0);
+}
+
+TEST(SurfaceMetrics, OfATruthWithoutSurfaceHaveNoValues) {
+  const Square map(1, 0, 5);
+  const SurfaceScores scores = compare(map.surface(), {});
+  for (const ThresholdScores& at : scores.at) {
+    EXPECT_FALSE(at.precision.has_value());
+    EXPECT_FALSE(at.recall.has_value());
+    EXPECT_FALSE(at.f_score.has_value());
+  }
+  EXPECT_EQ(scores.at[0].threshold_m, 0.05);
 }
 
 TEST(SurfaceMetrics, IsTheSameAtAnyThreadCount) {

@@ -222,6 +222,11 @@ int posix_fallocate64(int fd, off64_t begin, off64_t size) {
 }
 
 int rename(const char* from, const char* to) noexcept { return is_below(to) && fails(kRename, to) ? -1 : NEXT(rename)(from, to); }
+int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags) noexcept {
+  const Path path = path_at(to_folder, to);
+  if (is_below(path.text) && fails(kRename, path.text)) return -1;
+  return NEXT(renameat2)(from_folder, from, to_folder, to, flags);
+}
 int unlink(const char* path) noexcept { return is_below(path) && fails(kRemove, path) ? -1 : NEXT(unlink)(path); }
 int unlinkat(int folder, const char* name, int flags) noexcept {
   const Path path = path_at(folder, name);

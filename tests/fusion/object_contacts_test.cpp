@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <random>
 
 #include "panoptic/base/parallel.h"
+#include "panoptic/base/profile.h"
 #include "tests/fusion/small_maps.h"
 
 namespace panoptic {
@@ -55,6 +58,25 @@ Shares naive_contacts(const std::vector<LabelSlot>& ids, const VoxelsByLabel& vo
   return result;
 }
 
+// From reach 16 on, as the header says it: the same with cells in place of voxels.
+double naive_cell_share(const std::vector<std::uint32_t>& part, const std::vector<std::uint32_t>& whole,
+                        const SurfaceVoxels& surface, int reach) {
+  const int edge = static_cast<int>(std::ceil(reach / 15.0));
+  const auto cells = std::lround(static_cast<double>(reach) / edge);
+  const auto cell_of = [&](std::uint32_t i, std::size_t axis) {
+    return static_cast<std::int64_t>(std::floor(static_cast<double>(surface[i].at[axis]) / edge));
+  };
+  const auto count = std::count_if(part.begin(), part.end(), [&](std::uint32_t i) {
+    return std::any_of(whole.begin(), whole.end(), [&](std::uint32_t j) {
+      std::int64_t squares = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        squares += (cell_of(i, axis) - cell_of(j, axis)) * (cell_of(i, axis) - cell_of(j, axis));
+      return squares <= cells * cells;
+    });
+  });
+  return static_cast<double>(count) / static_cast<double>(part.size());
+}
+
 void expect_highest_first(const std::vector<Contact>& contacts) {
   EXPECT_TRUE(
       std::is_sorted(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.share > b.share; }));
@@ -73,6 +95,82 @@ TEST(Contacts, AreThoseOfASearchThroughAllPairs) {
       EXPECT_FALSE(contacts.empty());
     }
   }
+}
+
+// Blocks far and near, on both sides of the origin: voxels here and there, of few objects.
+VoxelMap scattered_map(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  VoxelMap map{MapOptions{}};
+  for (int n = 0; n < 40; ++n) {
+    const auto coordinate = [&] { return static_cast<std::int32_t>(random() % 60) - 30; };
+    VoxelBlock& block = map.block(map.allocate({coordinate(), coordinate() / 8, coordinate() / 8}));
+    const auto label = static_cast<std::uint16_t>(1 + random() % 4);
+    for (int k = 0; k < 12; ++k) {
+      const std::size_t v = random() % kBlockVoxels;
+      block.weight[v] = 1;
+      block.label[v] = label;
+    }
+  }
+  return map;
+}
+
+TEST(Contacts, FarApartAreThoseOfASearchThroughAllCells) {
+  const std::vector<LabelSlot> ids = {pid(1), pid(2), pid(3), pid(4)};
+  std::size_t partial = 0;
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const VoxelMap map = scattered_map(seed);
+    const SurfaceVoxels surface(map);
+    const VoxelsByLabel voxels = surface.by_label();
+    for (const int reach : {16, 17, 30, 31, 100, 251, 1000}) {
+      const Shares shares = shares_of(contacts_between(ids, voxels, surface, reach));
+      for (const LabelSlot a : ids) {
+        for (const LabelSlot b : ids) {
+          const auto size = [&](LabelSlot id) { return voxels.at(id).size(); };
+          if (a == b || size(a) > size(b) || (size(a) == size(b) && a < b)) continue;
+          const auto found = shares.find({a, b});
+          const double share = found == shares.end() ? 0 : found->second;
+          EXPECT_EQ(share, naive_cell_share(voxels.at(a), voxels.at(b), surface, reach)) << "reach " << reach;
+          // A place is known to a cell along each axis, and the reach to half of one.
+          const double slack = (std::sqrt(3.0) + 0.5) * std::ceil(reach / 15.0);
+          EXPECT_GE(share, naive_share(voxels.at(a), voxels.at(b), surface, static_cast<int>(reach - slack) - 1));
+          EXPECT_LE(share, naive_share(voxels.at(a), voxels.at(b), surface, static_cast<int>(reach + slack) + 1));
+          partial += share > 0 && share < 1 ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(partial, 10U) << "the test sees the difference";
+}
+
+// Two walls, a third of a million voxels of two objects that nearly but never come near: nothing is found, and that is the
+// longest search. Counted against a reach of 15 on the same map, so that it holds on any machine.
+TEST(Contacts, OfAFarReachTakeNoLongerThanThoseOfANearOne) {
+  VoxelMap map(MapOptions{.voxel_size_m = 0.004F});
+  const auto wall = [&](std::int32_t x, std::uint16_t label) {
+    for (std::int32_t n = 0; n < 14 * 14; ++n) {
+      VoxelBlock& block = map.block(map.allocate({x, n % 14, n / 14}));
+      for (std::size_t v = 0; v < kBlockVoxels; v += kBlockSide) {
+        block.weight[v] = 1;
+        block.label[v] = label;
+      }
+    }
+  };
+  wall(0, 1);
+  wall(32, 2);
+  const SurfaceVoxels surface(map);
+  const VoxelsByLabel voxels = surface.by_label();
+  ASSERT_GT(surface.size(), 100000U);
+  const std::vector<LabelSlot> ids = {pid(1), pid(2)};
+  const auto seconds = [&](int reach) {
+    const Stopwatch stopwatch;
+    EXPECT_TRUE(contacts_between(ids, voxels, surface, reach).empty()) << "reach " << reach;
+    return stopwatch.seconds();
+  };
+  const Stopwatch stopwatch;
+  for (const std::uint32_t voxel : voxels.at(pid(1))) surface.visit_near(voxel, 15, [](std::uint32_t) {});
+  const double near_s = stopwatch.seconds();
+  for (const int reach : {100, 250, 450}) EXPECT_LT(seconds(reach), 4 * near_s + 0.5) << "reach " << reach;
+  EXPECT_EQ(contacts_between(ids, voxels, surface, 600).size(), 1U);
 }
 
 TEST(Contacts, AreMeasuredFromTheSmallerObject) {

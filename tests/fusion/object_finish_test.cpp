@@ -98,8 +98,33 @@ TEST(ObjectMaintenance, DropsRarelySeenObjectsAndFillsThem) {
   }
 }
 
+TEST(ObjectMaintenance, WithoutALabelledFrameMakesNoObjectAndLeavesTheMapAlone) {
+  World world;
+  add_to(world, {solid_ground(kUp, 0, LabelSlot::kUnknown), solid_box({-0.6, 0, 0}, {0, 0.6, 0.4}, LabelSlot::kUnknown)});
+  const std::uint64_t before = world.map.hash();
+  world.finish(0);
+  EXPECT_EQ(world.map.hash(), before);
+  EXPECT_EQ(world.objects.count(), 0U);
+}
+
+TEST(ObjectMaintenance, MakesNoThingOfSurfaceThatNoLabelledFrameLookedAt) {
+  World world;
+  const LabelSlot table = world.seen(test::kTable);
+  // Voxels of its top lie less than carve_height_m above it.
+  add_to(world, {solid_box({-0.6, -0.4, 0.55}, {0.6, 0.4, 0.715}, table), test::box_on_table(LabelSlot::kUnknown),
+                 solid_box({-1, -0.8, -0.1}, {-0.7, 0.8, 0.4}, LabelSlot::kUnknown)});
+  for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
+    VoxelBlock& block = world.map.block(slot);
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) block.label_weight[v] = block.label[v] == 0 ? 0.0F : 1.0F;
+  }
+  world.finish();
+  EXPECT_EQ(world.ids(), std::set{table});
+  EXPECT_EQ(world.at({0.1, 0.1, 0.9}), LabelSlot::kUnknown) << "on the table";
+  EXPECT_EQ(world.at({-0.85, 0, 0.4}), LabelSlot::kUnknown) << "beside it";
+}
+
 TEST(ObjectMaintenance, AsksForFewerObservationsInShortRecordings) {
-  for (const std::uint64_t frames : {35U, 105U}) {  // 1 of 35: once, three times
+  for (const std::uint64_t frames : {35U, 105U}) {  // labelled ones, 1 of 35: once, three times
     World world;
     const LabelSlot twice = world.seen(kChair, 2);
     add_to(world, {solid_box({0, 0, 0}, {0.4, 0.4, 0.4}, twice)});

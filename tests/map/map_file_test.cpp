@@ -67,8 +67,15 @@ ObjectRegistry some_objects() {
   return objects;
 }
 
+MapOptions coarse() {
+  MapOptions options;
+  options.voxel_size_m = 0.03F;
+  options.truncation_voxels = 3;
+  return options;
+}
+
 struct World {
-  MapHeader header{{.voxel_size_m = 0.03F, .truncation_voxels = 3}, labels()};
+  MapHeader header{coarse(), labels()};
   VoxelMap map{header.options};
   ObjectRegistry objects = some_objects();
 
@@ -130,7 +137,7 @@ TEST(MapFile, IsOneFileWithNothingBesideIt) {
 TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
   World world(60);
   const auto path = fresh_folder() / "map.panoptic";
-  MapFileWriter writer = MapFileWriter::create(path, world.header);
+  MapFileWriter writer = MapFileWriter::create(path, world.header, {.epoch = 1});
   EXPECT_EQ(load_map(path).map.block_count(), 0U) << "a map from the first moment";
   std::uint64_t seen = 0;
   std::mt19937 random(9);
@@ -166,7 +173,7 @@ TEST(MapFile, GoesOnWhereItWasLoaded) {
   std::mt19937 random(7);
   fill(world.map.block(3), random);
   world.map.mark_changed(3);
-  MapFileWriter writer = MapFileWriter::open(path, load_map(path));
+  MapFileWriter writer = MapFileWriter::open(path, MapLock(path), load_map(path));
   MapUpdate update{.epoch = world.map.epoch(), .objects = world.objects};
   update.blocks = {{3, world.map.index_of(3), world.map.changed_at(3), &world.map.block(3)}};
   writer.write(update, false);
@@ -245,7 +252,7 @@ TEST(MapFile, IsAsBeforeAChangeThatWasCutShort) {
 TEST(MapFile, IsNeverWrittenOverByCreate) {
   const World world(2);
   const auto path = saved(world);
-  EXPECT_THAT(error_of([&] { MapFileWriter::create(path, world.header); }), HasSubstr("is there already"));
+  EXPECT_THAT(error_of([&] { MapFileWriter::create(path, world.header, {.epoch = 1}); }), HasSubstr("is there already"));
   expect_same(load_map(path).map, world.map);
 }
 

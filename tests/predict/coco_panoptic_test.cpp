@@ -77,6 +77,21 @@ TEST(CocoPanoptic, IsMappedToTheLabelSetByName) {
   }
 }
 
+// Three chairs side by side: one by itself, and two regions of chairs that nobody told apart.
+TEST(CocoPanoptic, CrowdsOfAClassAreNoObject) {
+  Json json = coco_json();
+  json["annotations"][1]["segments_info"] = Json::parse(
+      R"([{"id": 70000, "category_id": 62, "iscrowd": 1}, {"id": 256, "category_id": 62, "iscrowd": true},
+          {"id": 1, "category_id": 62, "iscrowd": 0}, {"id": 5, "category_id": 199, "iscrowd": 1}])");
+  const Segmentation result = make_file_predictor(write_coco(json), room_labels())->predict(frame_number(31));
+  ASSERT_EQ(result.segments.size(), 3U);
+  const auto segment = [&](int u) -> const Segment& { return result.segments.at(result.segment_at(u, 0) - 1U); };
+  EXPECT_EQ(segment(1), (Segment{kChair, 1, {}, true}));
+  EXPECT_EQ(result.segment_at(3, 0), result.segment_at(1, 0));
+  EXPECT_EQ(segment(2), (Segment{kChair, 1, {}, false}));
+  EXPECT_EQ(segment(4), (Segment{kWall, 1, {}, false})) << "stuff is never told apart";
+}
+
 TEST(CocoPanoptic, FindsFramesByTheNumberInTheFileName) {
   const auto predictor = make_file_predictor(write_coco(coco_json()), room_labels());
   EXPECT_TRUE(predictor->predict(frame_number(8)).segments.empty());

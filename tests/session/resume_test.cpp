@@ -170,6 +170,31 @@ TEST(Resume, MayTakeLessMemoryThanTheRunBefore) {
   EXPECT_EQ(load_map(path, frugal.options.map).map.hash(), uninterrupted().hash);
 }
 
+// 72 frames, of which 2 are labelled: to have been seen once is enough, as it is in a recording of 2 frames.
+TEST(Resume, ObservationsAreAskedForByLabelledFramesAlsoOfTheRunBefore) {
+  const auto add = [](int i, Session& session) {
+    Segmentation segmentation = i == 30 || i == 60 ? segmentation_of(frame_at(i % kFrames)) : Segmentation{};
+    if (i == 60) segmentation.segments[0] = segmentation.segments[2] = {ClassId{1}, 1, {}};  // the balls are missed
+    ASSERT_EQ(session.add(frame_at(i % kFrames), segmentation), std::nullopt);
+  };
+  RunIdentity run = identity();
+  run.options.regularizer.enabled = false;
+  const auto path = fresh_folder() / "map.panoptic";
+  {
+    Session session(run.options, test::test_labels());
+    Checkpoints checkpoints(settings(path), run, session);
+    for (int i = 0; i < 40; ++i) add(i, session);
+    checkpoints.finish(session, false);
+  }
+  Session session(run.options, test::test_labels());
+  const Checkpoints checkpoints(settings(path), run, session);
+  for (int i = 40; i < 72; ++i) add(i, session);
+  session.finish();
+  EXPECT_EQ(session.labelled(), 2U);
+  const std::vector<Object> all = session.objects().state().objects;
+  EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](const Object& o) { return o.observations == 1; }));
+}
+
 TEST(Resume, OfACompleteMapHasNothingToDo) {
   const auto path = fresh_folder() / "map.panoptic";
   map_until(kFrames, path, 1);

@@ -60,6 +60,36 @@ TEST(Session, TheSameFramesGiveTheSameMapAtAnyThreadCount) {
   EXPECT_EQ(hashes[0], hashes[2]);
 }
 
+// Such a frame took 23.7 GB.
+TEST(Session, AFrameWhoseIntrinsicsAreNotInPixelsIsRefusedBeforeAnythingIsAllocated) {
+  const Camera camera{640, 480, 0.9, 0.9, 0.5, 0.5};
+  const Frame frame = render(test::plane(Vec3d::UnitZ(), 3), camera, Pose::Identity());
+  for (const char* method : {"projective", "raycast"}) {
+    for (const float voxel_m : {0.024F, 0.002F}) {
+      Options options;
+      options.integrator.method = method;
+      options.map.voxel_size_m = voxel_m;
+      Session session(options, test::test_labels());
+      const std::string reason = session.add(frame, {}).value_or("");
+      EXPECT_NE(reason.find("are its intrinsics in pixels?"), std::string::npos) << reason;
+      EXPECT_EQ(session.add_geometry(frame), reason);
+      EXPECT_EQ(session.add_labels(frame, halves(camera)), reason);
+      EXPECT_EQ(session.frames().skipped(), 2U);
+      EXPECT_EQ(session.frames().skipped_by_reason().at(reason), 2U);
+      EXPECT_EQ(session.map().block_count(), 0U);
+    }
+  }
+}
+
+TEST(Session, WithoutAPredictionThereIsNoObjectAndNoLabel) {
+  Session session({}, test::test_labels());
+  for (int i = 0; i < 60; ++i) ASSERT_EQ(session.add(orbit_frame(i), {}), std::nullopt);
+  session.finish();
+  EXPECT_EQ(session.objects().count(), 0U);
+  const std::vector<bool> labels = ids_in_use(session.map());
+  EXPECT_EQ(std::count(labels.begin() + 1, labels.end(), true), 0);
+}
+
 TEST(Session, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
   Session session({}, test::test_labels());
   const Frame good = orbit_frame(0);
