@@ -195,6 +195,10 @@ MapFileWriter MapFileWriter::create(const std::filesystem::path& path, const Map
 }
 
 MapFileWriter MapFileWriter::open(const std::filesystem::path& path, const SavedMap& saved) {
+  if (saved.format != kMapFormat) {
+    throw Error(fmt::format("{} has format {}, and what is written now has {}: it can be read and saved anew, not gone on with",
+                            path.string(), saved.format, kMapFormat));
+  }
   auto state = std::make_unique<State>(path, saved.header);
   state->database.execute(kWriteAhead);
   state->extents.resize(saved.map.block_count());

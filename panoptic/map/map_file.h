@@ -17,6 +17,7 @@
 #include "panoptic/base/geometry.h"
 #include "panoptic/data/labels.h"
 #include "panoptic/map/compression.h"
+#include "panoptic/map/map_schema.h"
 #include "panoptic/map/object_registry.h"
 #include "panoptic/map/voxel_map.h"
 
@@ -50,7 +51,11 @@ struct SavedMap {
   VoxelMap map;
   ObjectRegistry objects;
   MapNotes notes;
+  std::int64_t format = kMapFormat;  // of the file that it was loaded from
 };
+
+// One line for users about a map that was loaded from the file: what its older format lacks. Empty if it lacks nothing.
+std::string note_of_format(const SavedMap& saved, const std::filesystem::path& path);
 
 // Throws Error if the file is no sound map. `place` says by its memory_limit_mb and swap_folder how the map lies in memory.
 SavedMap load_map(const std::filesystem::path& path, const MapOptions& place = {});
@@ -81,7 +86,7 @@ class MapFileWriter {
  public:
   // A new file that holds an empty map. Refuses if there is a file of that name.
   static MapFileWriter create(const std::filesystem::path& path, const MapHeader& header);
-  // Goes on in a file that was loaded as `saved`.
+  // Goes on in a file that was loaded as `saved`. Throws Error if that is of an older format.
   static MapFileWriter open(const std::filesystem::path& path, const SavedMap& saved);
 
   MapFileWriter(const MapFileWriter&) = delete;

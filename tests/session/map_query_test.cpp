@@ -37,6 +37,24 @@ TEST(MapFormat, OneStillLoads) {
   EXPECT_EQ(state.regularizer.handled.size(), 18U);
 }
 
+TEST(MapFormat, OneHasNoSumOfVotesSoThatTheWeightIsTakenAndSaysSo) {
+  const SavedMap saved = map_of_format_1();
+  EXPECT_EQ(saved.format, 1);
+  EXPECT_THAT(note_of_format(saved, "home.panoptic"), testing::AllOf(HasSubstr("home.panoptic has format 1"),
+                                                                     HasSubstr("the sum of votes"), HasSubstr("map.max_weight")));
+  EXPECT_EQ(saved.header.options.max_weight, 0) << "there was no limit";
+  std::size_t voted = 0;
+  for (Slot slot = 0; slot < saved.map.block_count(); ++slot) {
+    const VoxelBlock& block = saved.map.block(slot);
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+      const bool any = block.label[v] != 0 || block.label_weight[v] > 0;
+      ASSERT_EQ(block.vote_sum[v], any ? std::max(block.weight[v], block.label_weight[v]) : 0.0F);
+      voted += any ? 1 : 0;
+    }
+  }
+  EXPECT_GT(voted, 1000U);
+}
+
 class Query : public testing::Test {
  protected:
   SavedMap saved_ = map_of_format_1();
