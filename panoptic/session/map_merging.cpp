@@ -61,8 +61,8 @@ MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesyste
   const MapWithFrames second = load_map_with_frames(b);
   require_comparable(first.saved.header, second.saved.header, a.string(), b.string());
   MergedFiles summary{.objects_a = first.saved.objects.count(), .objects_b = second.saved.objects.count()};
-  for (const auto& [map, path] : {std::pair(&first, a), std::pair(&std::as_const(second), b)}) {
-    if (std::string note = note_of_format(map->saved, path); !note.empty()) summary.notes.push_back(std::move(note));
+  for (const std::string& note : {note_of_format(first.saved, a), note_of_format(second.saved, b)}) {
+    if (!note.empty()) summary.notes.push_back(note);
   }
   const RunNotes notes_a = run_notes(first);
   const RunNotes notes_b = run_notes(second);

@@ -41,13 +41,13 @@ struct Wins {
   int label = 0;
 };
 
-Wins frames_until_new_wins(VoxelBlock& block, float z_m, LabelSlot label) {
+Wins frames_until_new_wins(VoxelBlock& block, float z_m, LabelSlot label, float max_weight = kLimit) {
   constexpr float kHalfWay_m = (kOldDistance_m + kNewDistance_m) / 2;
   constexpr int kHalfWayColor = (0x28 + 0xC8) * 256 / 2;
   Wins wins;
   for (int i = 1; wins.distance == 0 || wins.color == 0 || wins.label == 0; ++i) {
     if (i > kMany) break;
-    fuse_voxel(block, 0, {kNewDistance_m, weight_at(z_m), kNewColor, label}, kVotes, kLimit);
+    fuse_voxel(block, 0, {kNewDistance_m, weight_at(z_m), kNewColor, label}, kVotes, max_weight);
     if (wins.distance == 0 && block.distance[0] < kHalfWay_m) wins.distance = i;
     if (wins.color == 0 && block.red[0] > kHalfWayColor) wins.color = i;
     if (wins.label == 0 && block.label[0] == number(label)) wins.label = i;
@@ -72,8 +72,9 @@ TEST(MaxWeight, AnotherSurfaceColourAndLabelWinWhenStatedAfterAMillionFramesOfOn
 }
 
 TEST(MaxWeight, WithoutALimitNothingFromAfarChangesAVoxelAnyMore) {
-  const auto block = old_voxel(LabelSlot{3}, std::numeric_limits<float>::infinity());
-  const Wins wins = frames_until_new_wins(*block, 5, LabelSlot{5});
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  const auto block = old_voxel(LabelSlot{3}, kNone);
+  const Wins wins = frames_until_new_wins(*block, 5, LabelSlot{5}, kNone);
   EXPECT_EQ(wins.distance, 0);
   EXPECT_EQ(wins.label, 0);
 }

@@ -68,13 +68,7 @@ ObjectRegistry some_objects() {
   return objects;
 }
 
-MapOptions coarse() {
-  MapOptions options;
-  options.voxel_size_m = 0.03F;
-  options.truncation_voxels = 3;
-  options.max_weight = 70;
-  return options;
-}
+MapOptions coarse() { return {0.03F, 3, 70}; }
 
 struct World {
   MapHeader header{coarse(), labels()};

@@ -49,7 +49,8 @@ constexpr double kTo = 0.6;
 // Things on a floor at z = 0, observed in [low, high); the n-th is object kFirst + n, seen in frames 10 n to 10 n + 9.
 MapWithFrames world(const std::vector<Thing>& things, const Vec3d& low = Vec3d::Constant(kFrom),
                     const Vec3d& high = Vec3d::Constant(kTo)) {
-  MapHeader header{{}, labels()};
+  MapHeader header;
+  header.labels = labels();
   MapWithFrames made{{header, VoxelMap(header.options), ObjectRegistry(kFirst), {}}, {}};
   std::vector<Solid> solids{solid_ground(Vec3d::UnitZ(), 0, pid(1))};
   for (const Thing& thing : things) {
