@@ -70,7 +70,7 @@ VoxelMap sheet_map(const Sheet& sheet) {
     VoxelBlock& block = map.block(map.allocate({p.x >> 4, p.y >> 4, p.z >> 4}));
     const auto voxel = static_cast<std::size_t>(voxel_offset(p.x & 15, p.y & 15, p.z & 15));
     block.distance[voxel] = (static_cast<float>(depth) - 3.5F) * map.voxel_size_m();
-    block.weight[voxel] = 10;
+    block.weight[voxel] = block.vote_sum[voxel] = 10;
     block.label[voxel] = graph.labels[i];
     block.label_weight[voxel] = 10 * (2 * graph.probabilities[i] - 1);
     block.red[voxel] = static_cast<std::uint16_t>(256 * graph.colors[i][0]);

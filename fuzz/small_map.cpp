@@ -42,7 +42,7 @@ VoxelMap small_map() {
       const std::size_t layer = v / (kBlockSide * kBlockSide);
       if (layer < 6 || layer > 8 || v % kBlockSide > 9 || v / kBlockSide % kBlockSide > 5) continue;
       block.distance[v] = 0.024F * (static_cast<float>(layer) - 7.25F);
-      block.weight[v] = block.label_weight[v] = 2;
+      block.weight[v] = block.label_weight[v] = block.vote_sum[v] = 2;
       block.label[v] = v % kBlockSide < 8 ? 1 : small_labels().first_thing();
       block.red[v] = block.green[v] = block.blue[v] = static_cast<std::uint16_t>(20000 + v);
     }

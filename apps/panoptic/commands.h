@@ -23,6 +23,12 @@ int map_regularize(const Arguments& arguments);
 int map_merge(const Arguments& arguments);
 int map_diff(const Arguments& arguments);
 
+// A map file; what its older format lacks is told in a line on stderr.
+struct SavedMap;
+SavedMap load_map_and_tell(const std::string& path);
+// "note: ..." on stderr, if there is anything to say.
+void tell(const std::string& note);
+
 // What to say where std::bad_alloc ends.
 constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";
 

@@ -9,8 +9,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "apps/panoptic/commands.h"
@@ -154,6 +156,7 @@ Json info_json(const std::string& path, const SavedMap& saved, const std::vector
   const std::uint64_t observed = observed_voxels(saved.map);
   const auto bytes = std::filesystem::file_size(path);
   return {{"file", path},
+          {"format", saved.format},
           {"program", note(saved, "program")},
           {"recording", note(saved, "recording")},
           {"complete", is_complete(saved)},
@@ -187,11 +190,52 @@ std::string info_text(const Json& j) {
   return text;
 }
 
+// In the format of today, in the place of the file that it was loaded from.
+void save_anew(const std::string& path, MapLock lock, const SavedMap& saved, const Session& session) {
+  MapUpdate update = whole_map(session.map(), session.objects());
+  update.frames = load_frames(path);
+  update.notes = notes_of(session.state());
+  update.notes.texts.insert(saved.notes.texts.begin(), saved.notes.texts.end());
+  update.notes.states.insert(saved.notes.states.begin(), saved.notes.states.end());
+  update.notes.texts[kFromFormatNote] = std::to_string(saved.format);
+  replace_map(std::move(lock), path, saved.header, update);
+}
+
+// The right to write a map file: of an older format it is saved anew.
+using MapOwner = std::variant<MapLock, MapFileWriter>;
+
+// What changed after that epoch goes into the file. Returns how many blocks did.
+std::size_t write_changes(const std::string& path, const SavedMap& saved, MapOwner& owner, const Session& session,
+                          std::uint64_t before) {
+  MapUpdate update = whole_map(session.map(), session.objects());
+  std::erase_if(update.blocks, [&](const BlockCopy& block) { return block.changed_at <= before; });
+  const std::size_t changed = update.blocks.size();
+  if (MapLock* lock = std::get_if<MapLock>(&owner)) {
+    save_anew(path, std::move(*lock), saved, session);
+    return changed;
+  }
+  update.notes = notes_of(session.state());
+  MapFileWriter& writer = std::get<MapFileWriter>(owner);
+  writer.write(update, true);
+  writer.close();
+  return changed;
+}
+
 }  // namespace
+
+SavedMap load_map_and_tell(const std::string& path) {
+  SavedMap saved = load_map(path);
+  tell(note_of_format(saved, path));
+  return saved;
+}
+
+void tell(const std::string& note) {
+  if (!note.empty()) fmt::print(stderr, "note: {}\n", note);
+}
 
 int map_info(const Arguments& a) {
   set_thread_count(a.threads);
-  const SavedMap saved = load_map(a.map);
+  const SavedMap saved = load_map_and_tell(a.map);
   const Json json = info_json(a.map, saved, load_frames(a.map));
   fmt::print("{}", a.as_json ? json.dump(2) + "\n" : info_text(json));
   return kDone;
@@ -201,7 +245,7 @@ int map_mesh(const Arguments& a) {
   const bool glb = a.output.ends_with(".glb");
   if (!glb && !a.output.ends_with(".ply")) throw UsageError("-o takes a name that ends in .ply or .glb");
   set_thread_count(a.threads);
-  const SavedMap saved = load_map(a.map);
+  const SavedMap saved = load_map_and_tell(a.map);
   Mesher mesher(options_of(saved).mesher);
   mesher.update(saved.map);
   const Mesh mesh = mesher.assemble(saved.map, saved.objects, saved.header.labels);
@@ -220,7 +264,7 @@ int map_query(const Arguments& a) {
       static_cast<std::size_t>(!a.query_nearest.empty()) + static_cast<std::size_t>(!a.query_at.empty());
   if (questions > 1) throw UsageError("one question at a time: --class, --box, --nearest or --at");
   set_thread_count(a.threads);
-  const SavedMap saved = load_map(a.map);
+  const SavedMap saved = load_map_and_tell(a.map);
   const MapQuery query(saved.map, saved.objects, saved.header.labels);
   const Answer answer = answer_to(a, query, saved.header.labels);
   fmt::print("{}", a.as_json ? answer.json.dump(2) + "\n" : answer.text);
@@ -229,8 +273,8 @@ int map_query(const Arguments& a) {
 
 int map_regularize(const Arguments& a) {
   set_thread_count(a.threads);
-  MapLock lock(a.map);
-  SavedMap saved = load_map(a.map);
+  MapOwner owner = MapLock(a.map);
+  SavedMap saved = load_map_and_tell(a.map);
   Options options = options_of(saved);
   for (const std::string& setting : a.settings) {
     try {
@@ -240,19 +284,16 @@ int map_regularize(const Arguments& a) {
     }
   }
   options.regularizer.enabled = true;
-  MapFileWriter writer = MapFileWriter::open(a.map, std::move(lock), saved);
+  if (saved.format == kMapFormat) owner = MapFileWriter::open(a.map, std::get<MapLock>(std::move(owner)), saved);
   SessionState state = session_state(saved, load_frames(a.map));
   state.regularizer.handled.clear();  // all of it, from what the frames voted for
   const std::uint64_t before = saved.map.epoch();
   Session session(options, saved.header.labels);
   session.restore(std::move(saved.map), std::move(saved.objects), std::move(state));
+  if (saved.format != kMapFormat) session.forget_votes_without_voxels();  // they may be of objects that are no more
   session.regularize();
-  MapUpdate update = whole_map(session.map(), session.objects());
-  std::erase_if(update.blocks, [&](const BlockCopy& block) { return block.changed_at <= before; });
-  update.notes = notes_of(session.state());
-  const std::size_t changed = update.blocks.size();
-  writer.write(update, true);
-  writer.close();
+  if (is_complete(saved)) session.forget_votes_without_voxels();
+  const std::size_t changed = write_changes(a.map, saved, owner, session, before);
   fmt::print("{} of {} blocks have other labels now, {} objects\n", changed, session.map().block_count(),
              session.objects().count());
   return kDone;

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/panoptic/commands.h"
 #include "panoptic/fusion/mesher.h"
 #include "panoptic/session/checkpoint.h"
 #include "panoptic/session/map_merging.h"
@@ -47,7 +48,7 @@ bool is_map_file(const std::string& path) {
 }
 
 LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warnings) {
-  const SavedMap saved = load_map(path);
+  const SavedMap saved = load_map_and_tell(path);
   LabelledMap map;
   map.labels = saved.header.labels;
   map.voxel_size_m = saved.map.voxel_size_m();
@@ -70,6 +71,7 @@ LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warn
 OpenedResult open_map_result(const std::string& path) {
   MapWithFrames map = load_map_with_frames(path);
   SavedMap& saved = map.saved;
+  tell(note_of_format(saved, path));
   SessionState state = saved.notes.states.empty() ? SessionState{} : session_state(saved, map.frames);
   RunState run;
   run.frames_done = run.frames_total = map.frames.size();

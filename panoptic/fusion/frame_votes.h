@@ -23,7 +23,8 @@ struct OverruledVote {
 };
 
 // The vote of the frames, those included that changed what was written to what the voxel holds now: by Eq. 9-11 what they took
-// off the written label was said for another one, for the one voted for before if the voxel does not tell.
+// off the written label was said for another one, for the one voted for before if the voxel does not tell. Once votes have come
+// to map.max_weight all of them fade, which this takes for votes against the label: of so many, few.
 VoxelLabel voted_since(const OverruledVote& vote, VoxelLabel now);
 
 // Memory grows with the voxels whose label was overruled, a few percent of those near a surface.
@@ -39,12 +40,24 @@ class FrameVotes {
   std::span<const OverruledVote> of(Slot slot) const {
     return slot < votes_.size() ? std::span<const OverruledVote>(votes_[slot]) : std::span<const OverruledVote>();
   }
+  // What frames voted for a voxel of that block, `held` being what it holds now.
+  VoxelLabel voted(Slot slot, std::uint16_t voxel, VoxelLabel held) const;
   // A voxel that is written as it was voted for is forgotten.
   void record(Slot slot, const OverruledVote& vote);
-  // Forgets votes for labels that no voxel holds any more, by label: their number may come to mean another object.
+  // Labels become others (`new_label`, by label): call it before the voxels' are renamed. Where what frames voted for and what
+  // was written are then the same, the voxel gets the frames' weight, and the vote is forgotten.
+  void rename(const std::vector<std::uint16_t>& new_label, VoxelMap& map);
+  // Something other than frames and the regularizer decided on the voxel's label, which takes the place of what frames voted for:
+  // it is to have their weight, and their vote is forgotten.
+  void decide(Slot slot, std::uint16_t voxel, std::uint16_t label, VoxelBlock& block);
+  // Adds the labels that are voted for to those in use, by label.
+  void add_in_use(std::vector<bool>& in_use) const;
+  // Forgets votes for labels that are not in use, by label: their number may come to mean another object.
   void forget_unused(const std::vector<bool>& in_use);
 
  private:
+  const OverruledVote* find(Slot slot, std::uint16_t voxel) const;
+
   std::vector<std::vector<OverruledVote>> votes_;  // by slot
 };
 

@@ -14,6 +14,12 @@ namespace panoptic::kernels {
 
 constexpr int kRow = kBlockSide;
 
+// How voxels take it up.
+struct RowRules {
+  LabelVotes votes;
+  float max_weight;
+};
+
 // What 16 voxels are to take up.
 struct RowScratch {
   alignas(64) float distance[kRow];
@@ -23,14 +29,14 @@ struct RowScratch {
   alignas(64) std::int32_t label[kRow];
 };
 
-[[gnu::always_inline]] inline void fuse_distances(VoxelBlock& block, std::size_t first, RowScratch& s) {
+[[gnu::always_inline]] inline void fuse_distances(VoxelBlock& block, std::size_t first, float max_weight, RowScratch& s) {
   float* __restrict distance = block.distance.data() + first;
   float* __restrict weight = block.weight.data() + first;
   for (int k = 0; k < kRow; ++k) {
     const float old_weight = weight[k];
     const float fused = fused_distance(distance[k], old_weight, s.distance[k], s.weight[k]);
     distance[k] = s.weight[k] > 0 ? fused : distance[k];
-    weight[k] = old_weight + s.weight[k];
+    weight[k] = fused_weight(old_weight, s.weight[k], max_weight);
     s.old_weight[k] = old_weight;
   }
 }
@@ -48,30 +54,31 @@ struct RowScratch {
   for (int k = 0; k < kRow; ++k) plane[k] = static_cast<std::uint16_t>(value[k]);
 }
 
-[[gnu::always_inline]] inline void fuse_labels(VoxelBlock& block, std::size_t first, const LabelVotes& votes,
-                                               const RowScratch& s) {
+[[gnu::always_inline]] inline void fuse_labels(VoxelBlock& block, std::size_t first, const RowRules& rules, const RowScratch& s) {
   alignas(64) std::int32_t label[kRow];
   std::uint16_t* __restrict plane = block.label.data() + first;
   float* __restrict label_weight = block.label_weight.data() + first;
+  float* __restrict vote_sum = block.vote_sum.data() + first;
   for (int k = 0; k < kRow; ++k) label[k] = plane[k];
   for (int k = 0; k < kRow; ++k) {
     const bool use = (s.weight[k] > 0) & (s.label[k] != number(LabelSlot::kNoVote));
-    const VoxelLabel old{static_cast<std::uint16_t>(label[k]), label_weight[k]};
+    const VoxelVotes old{{static_cast<std::uint16_t>(label[k]), label_weight[k]}, vote_sum[k]};
     const auto observed = static_cast<std::uint16_t>(s.label[k]);
-    const VoxelLabel fused = fused_label(old, observed, s.weight[k] * votes.of(observed));
-    label[k] = use ? fused.label : label[k];
-    label_weight[k] = use ? fused.weight : label_weight[k];
+    const VoxelVotes fused = fused_votes(old, observed, s.weight[k] * rules.votes.of(observed), rules.max_weight);
+    label[k] = use ? fused.label.label : label[k];
+    label_weight[k] = use ? fused.label.weight : label_weight[k];
+    vote_sum[k] = use ? fused.sum : vote_sum[k];
   }
   for (int k = 0; k < kRow; ++k) plane[k] = static_cast<std::uint16_t>(label[k]);
 }
 
 // The row of 16 voxels that begins at voxel `first` of the block.
-[[gnu::always_inline]] inline void fuse_row(VoxelBlock& block, std::size_t first, const LabelVotes& votes, RowScratch& s) {
-  fuse_distances(block, first, s);
+[[gnu::always_inline]] inline void fuse_row(VoxelBlock& block, std::size_t first, const RowRules& rules, RowScratch& s) {
+  fuse_distances(block, first, rules.max_weight, s);
   fuse_channel(block.red.data() + first, 16, s);
   fuse_channel(block.green.data() + first, 8, s);
   fuse_channel(block.blue.data() + first, 0, s);
-  fuse_labels(block, first, votes, s);
+  fuse_labels(block, first, rules, s);
 }
 
 }  // namespace panoptic::kernels

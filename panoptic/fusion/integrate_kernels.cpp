@@ -111,6 +111,7 @@ template <bool LabelsOnly>
   const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
   const BlockInCamera place = place_in;
   const Band band = band_in;
+  const RowRules rules{frame.votes, frame.max_weight};
   const float reach = band.truncation_m * 1.001F;
   SliceScratch s;  // NOLINT(cppcoreguidelines-pro-type-member-init): every slice fills it
   RowScratch r;    // NOLINT(cppcoreguidelines-pro-type-member-init): every row fills it
@@ -125,9 +126,9 @@ template <bool LabelsOnly>
       weigh(frame, band, s, row, r);
       const auto first = static_cast<std::size_t>(slice * kSlice + row * kRow);
       if constexpr (LabelsOnly) {
-        fuse_labels(block, first, frame.votes, r);
+        fuse_labels(block, first, rules, r);
       } else {
-        fuse_row(block, first, frame.votes, r);
+        fuse_row(block, first, rules, r);
       }
     }
   }

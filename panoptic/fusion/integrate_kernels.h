@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 
 #include "panoptic/data/labels.h"
 #include "panoptic/map/voxel_block.h"
@@ -29,7 +30,8 @@ struct KernelFrame {
   int height = 0;
   float fx = 1, fy = 1, cx = 0, cy = 0;
   LabelVotes votes;
-  bool labels_only = false;  // label and label weight alone are updated
+  float max_weight = std::numeric_limits<float>::infinity();  // of a voxel (MapOptions)
+  bool labels_only = false;                                   // label, label weight and sum of votes alone are updated
 };
 
 // The band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.
@@ -52,14 +54,26 @@ inline float fused_distance(float old_distance, float old_weight, float distance
   return (old_weight * old_distance + weight * distance) / (old_weight + weight);
 }
 
+// Eq. 7, up to the limit.
+inline float fused_weight(float old_weight, float weight, float max_weight) {
+  const float sum = old_weight + weight;
+  return sum > max_weight ? max_weight : sum;
+}
+
 // The mean of one colour channel in 8.8 fixed point. 0 means "no colour yet", so black is stored as 1/256. The weight is that
 // of the distance: colour seen for the first time is taken whole, and if depth was seen without colour before, what follows
-// moves it more slowly than a weight of its own would (which would cost a plane).
+// moves it more slowly than a weight of its own would (which would cost a plane). A step of less than one unit is one of one
+// unit: rounded away, a colour that is seen from far could never change what was seen from near.
+inline float whole_step(float step) {
+  const float up = step > 1.0F ? step : 1.0F;
+  const float down = step < -1.0F ? step : -1.0F;
+  return step > 0 ? up : step < 0 ? down : 0.0F;
+}
 inline std::int32_t fused_color(std::int32_t old_color, float old_weight, std::int32_t color, float weight) {
   const float target = static_cast<float>(color) * 256.0F;
   const auto old = static_cast<float>(old_color);
   const float share = old_color == 0 ? 1.0F : weight / (old_weight + weight);
-  const float mean = old + (target - old) * share + 0.5F;
+  const float mean = old + whole_step((target - old) * share) + 0.5F;
   return static_cast<std::int32_t>(mean > 1.0F ? mean : 1.0F);
 }
 
@@ -76,6 +90,21 @@ inline VoxelLabel fused_label(VoxelLabel old, std::uint16_t label, float weight)
   return {flip ? label : old.label, flip ? weight - old.weight : gain};
 }
 
+// What a voxel knows of labels.
+struct VoxelVotes {
+  VoxelLabel label;
+  float sum;  // W^V
+};
+
+// One more vote, for this label. Beyond the limit all that was voted fades alike, so that what it says stays: W^L / W^V. A label
+// never weighs more than all votes.
+inline VoxelVotes fused_votes(VoxelVotes old, std::uint16_t label, float weight, float max_weight) {
+  const VoxelLabel fused = fused_label(old.label, label, weight);
+  const float sum = old.sum + weight;
+  const float kept = fused.weight * (sum > max_weight ? max_weight / sum : 1.0F);
+  return {{fused.label, kept > max_weight ? max_weight : kept}, sum > max_weight ? max_weight : sum};
+}
+
 // One observation of one voxel. `color` as in RegisteredFrame.
 struct VoxelUpdate {
   float distance;
@@ -84,11 +113,12 @@ struct VoxelUpdate {
   LabelSlot label;
 };
 
-inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& update, const LabelVotes& votes) {
+inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& update, const LabelVotes& votes,
+                       float max_weight) {
   const auto [distance, weight, color, label] = update;
   const float old_weight = block.weight[voxel];
   block.distance[voxel] = fused_distance(block.distance[voxel], old_weight, distance, weight);
-  block.weight[voxel] = old_weight + weight;
+  block.weight[voxel] = fused_weight(old_weight, weight, max_weight);
   if (color != 0) {
     const auto fuse = [old_weight, w = update.weight](std::uint16_t& channel, std::uint32_t value) {
       channel = static_cast<std::uint16_t>(fused_color(channel, old_weight, static_cast<std::int32_t>(value & 0xFFU), w));
@@ -98,10 +128,11 @@ inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& 
     fuse(block.blue[voxel], color);
   }
   if (label != LabelSlot::kNoVote) {
-    const VoxelLabel fused =
-        fused_label({block.label[voxel], block.label_weight[voxel]}, number(label), weight * votes.of(number(label)));
-    block.label[voxel] = fused.label;
-    block.label_weight[voxel] = fused.weight;
+    const VoxelVotes old{{block.label[voxel], block.label_weight[voxel]}, block.vote_sum[voxel]};
+    const VoxelVotes fused = fused_votes(old, number(label), weight * votes.of(number(label)), max_weight);
+    block.label[voxel] = fused.label.label;
+    block.label_weight[voxel] = fused.label.weight;
+    block.vote_sum[voxel] = fused.sum;
   }
 }
 

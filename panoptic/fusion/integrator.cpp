@@ -19,12 +19,14 @@ Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map, st
     : raycast_(options.method == "raycast"),
       band_{map.truncation_m(), map.voxel_size_m()},
       voxel_size_m_(map.voxel_size_m()),
+      max_weight_(map.max_weight()),
       votes_{options.object_vote, first_object} {}
 
 FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels) const {
   const Camera& c = frame.depth_camera;
   return {{registered.depth.data(), registered.color.data(), labels.data(), registered.width, registered.height,
-           static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy), votes_},
+           static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy), votes_,
+           max_weight_},
           c,
           frame.world_from_camera.linear().cast<float>(),
           frame.world_from_camera.translation(),

@@ -47,8 +47,8 @@ class Integrator {
   void integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels, VoxelMap& map);
 
   // The labels of a frame whose depth and colour were integrated before, with labels that said nothing: the two calls leave the
-  // same map, bit for bit, as one call with everything. Changes label and label weight alone (Eq. 9-11). Without that earlier
-  // call, labels would have no weight of distance to stand on; blocks that do not exist are left out.
+  // same map, bit for bit, as one call with everything. Changes label, label weight and sum of votes alone (Eq. 9-11). Without
+  // that earlier call, labels would have no weight of distance to stand on; blocks that do not exist are left out.
   void integrate_labels(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels, VoxelMap& map);
 
  private:
@@ -68,6 +68,7 @@ class Integrator {
   bool raycast_;
   Band band_;
   float voxel_size_m_;
+  float max_weight_;
   LabelVotes votes_;
   std::array<std::vector<std::uint64_t>, kChunks> keys_;  // per chunk: the blocks that it touches
   RayTable ray_table_;

@@ -45,6 +45,7 @@ void Integrator::update_by_rays(const FrameView& view, std::span<const Slot> slo
     update_block_by_rays(view, index, *fused);
     block.label = fused->label;
     block.label_weight = fused->label_weight;
+    block.vote_sum = fused->vote_sum;
   });
 }
 

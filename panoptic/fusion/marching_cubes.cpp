@@ -115,7 +115,7 @@ class ChunkBuilder {
                mixed_channel(a.blue[i], b.blue[j], along)};
     const bool lower_is_nearer = along < 0.5F;
     v.panoptic_id = static_cast<LabelSlot>(lower_is_nearer ? a.label[i] : b.label[j]);
-    v.confidence = lower_is_nearer ? confidence(a.label_weight[i], a.weight[i]) : confidence(b.label_weight[j], b.weight[j]);
+    v.confidence = lower_is_nearer ? confidence(a, i) : confidence(b, j);
     v.corner_x = static_cast<std::uint8_t>(lower[0]);
     v.corner_y = static_cast<std::uint8_t>(lower[1]);
     v.corner_z = static_cast<std::uint8_t>(lower[2]);
@@ -123,10 +123,8 @@ class ChunkBuilder {
     chunk_.vertices.push_back(v);
   }
 
-  // REQUIRES weight > 0. What an object says counts more than once, so its labels may weigh more than the voxel.
-  static std::uint8_t confidence(float label_weight, float weight) {
-    const float share = label_weight / weight;
-    return static_cast<std::uint8_t>(std::lround((share < 1 ? share : 1.0F) * 255.0F));
+  static std::uint8_t confidence(const VoxelBlock& block, std::size_t voxel) {
+    return static_cast<std::uint8_t>(std::lround(label_share(block.label_weight[voxel], block.vote_sum[voxel]) * 255.0F));
   }
 
   // 8.8 fixed point; 0 = that voxel has no colour yet, so the other one decides.

@@ -95,7 +95,7 @@ void MeanField::set_head_starts() {
       const double p = graph_.probabilities[i];
       head_start_[i] = others < 1 ? 0.0F : static_cast<float>(std::log(p * others / (1 - p)));
       const std::uint16_t label = graph_.labels[i];
-      own_column_[i] = label == CrfGraph::kOtherLabel ? -1 : label_columns_.column_of(label);
+      own_column_[i] = label < graph_.label_count ? label_columns_.column_of(label) : -1;
     }
   });
 }

@@ -34,12 +34,13 @@ struct MeanFieldSettings {
 struct CrfGraph {
   std::vector<GridPoint> points;  // in the order of (z, y, x), none twice
   std::vector<VoxelColor> colors;
-  std::vector<std::uint16_t> labels;  // 0 .. label_count - 1; kOtherLabel: one that is not among them
-  std::vector<float> probabilities;   // above 0, below 1
+  std::vector<std::uint16_t> labels;  // 0 .. label_count - 1; kOtherLabel: one that is not among them; kNoLabel: nothing is known
+  std::vector<float> probabilities;   // above 0, below 1; of voxels of which nothing is known, none: all labels are as probable
   std::size_t label_count = 0;        // columns
   std::size_t all_labels = 0;         // M of Eq. 20: label_count and those that have no column
 
-  static constexpr std::uint16_t kOtherLabel = 65535;
+  static constexpr std::uint16_t kOtherLabel = 65534;
+  static constexpr std::uint16_t kNoLabel = 65535;
   std::size_t size() const { return points.size(); }
 };
 

@@ -39,8 +39,8 @@ double length_m(const SurfaceVoxels& surface, const std::vector<std::uint32_t>& 
   return std::sqrt(kOfEvenSpread * std::max(0.0, variance));
 }
 
-// Did a frame ever say what this voxel is, be it "unknown"? Votes that cancelled each other leave a label without weight.
-bool was_voted_on(const VoxelBlock& block, std::size_t voxel) { return block.label_weight[voxel] > 0 || block.label[voxel] != 0; }
+// Did a frame ever say what this voxel is, be it "unknown"?
+bool was_voted_on(const VoxelBlock& block, std::size_t voxel) { return block.vote_sum[voxel] > 0; }
 
 LabelSlot most_frequent(const std::map<LabelSlot, std::size_t>& counts) {
   return std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
@@ -91,27 +91,27 @@ VoxelsByLabel ObjectMaintenance::objects_of(const Pass& pass) {
   return pass.surface.by_label([&](LabelSlot id) { return pass.objects.find(id) != nullptr; });
 }
 
-ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
+ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far) {
   std::erase_if(together_, [&](const auto& entry) {  // of objects that are no more
     return objects.find(entry.first.first) == nullptr || objects.find(entry.first.second) == nullptr;
   });
   surface_.update(map);
   map.begin_epoch();
-  return {map, objects, surface_, vertical(map, surface_, so_far.up), so_far.frame, 0};
+  return {map, objects, votes, surface_, vertical(map, surface_, so_far.up), so_far.frame, 0};
 }
 
-void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
+void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far) {
   if (!options_.enabled || so_far.labelled_frames == 0) return;
-  Pass pass = begin(map, objects, so_far);
+  Pass pass = begin(map, objects, votes, so_far);
   merge(pass);
   if (options_.carve) carve_supports(pass);
-  pass.surface.write_labels(map);
+  pass.surface.write_labels(map, votes);
 }
 
-void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far) {
+void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far) {
   constexpr std::uint64_t kFramesPerObservation = 35;
   if (!options_.enabled || so_far.labelled_frames == 0) return;
-  Pass pass = begin(map, objects, so_far);
+  Pass pass = begin(map, objects, votes, so_far);
   pass.min_observations = std::min(static_cast<std::uint64_t>(options_.min_observations),
                                    (so_far.labelled_frames + kFramesPerObservation - 1) / kFramesPerObservation);
   while (merge(pass)) {
@@ -126,7 +126,7 @@ void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, const SoF
   }
   name_unknown_regions(pass);
   name_others(pass);
-  pass.surface.write_labels(map);
+  pass.surface.write_labels(map, votes);
 }
 
 bool ObjectMaintenance::are_apart(const ObjectRegistry& objects, LabelSlot a, LabelSlot b) const {
@@ -163,7 +163,7 @@ bool ObjectMaintenance::merge(Pass& pass) {
     if (renamed.first != renamed.second) together[std::minmax(renamed.first, renamed.second)] += count;
   }
   together_ = std::move(together);
-  renaming.apply(pass.map, pass.surface);
+  renaming.apply(pass.map, pass.votes, pass.surface);
   return true;
 }
 
@@ -285,8 +285,9 @@ void ObjectMaintenance::drop_faint(Pass& pass) const {
   Renaming renaming;
   std::vector<std::uint32_t> dropped;
   const VoxelsByLabel at_surface = objects_of(pass);
-  const std::vector<bool> in_use = ids_in_use(pass.map);
-  for (std::size_t n = labels_.first_thing(); n < kLabelSlots; ++n) {  // what is left of them behind the surface
+  std::vector<bool> in_use = ids_in_use(pass.map);
+  pass.votes.add_in_use(in_use);
+  for (std::size_t n = labels_.first_thing(); n < kLabelSlots; ++n) {  // what is left of them behind the surface, or in votes
     const auto id = static_cast<LabelSlot>(n);
     if (in_use[n] && pass.objects.find(id) != nullptr && !at_surface.contains(id)) renaming.add(id, LabelSlot::kUnknown);
   }
@@ -295,7 +296,7 @@ void ObjectMaintenance::drop_faint(Pass& pass) const {
     renaming.add(id, LabelSlot::kUnknown);
     dropped.insert(dropped.end(), voxels.begin(), voxels.end());
   }
-  renaming.apply(pass.map, pass.surface);
+  renaming.apply(pass.map, pass.votes, pass.surface);
   fill_from_neighbours(std::move(dropped), pass.surface);
 }
 

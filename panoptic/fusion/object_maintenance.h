@@ -14,6 +14,7 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/base/geometry.h"
+#include "panoptic/fusion/frame_votes.h"
 #include "panoptic/fusion/support_planes.h"
 #include "panoptic/fusion/surface_voxels.h"
 #include "panoptic/map/object_registry.h"
@@ -59,10 +60,11 @@ class ObjectMaintenance {
   // Objects that were seen as separate masks in one frame are not one thing. Call it for every frame.
   void saw_together(std::span<const LabelSlot> objects);
 
-  // Between frames: merges objects and carves things out of tables. Starts a new epoch and marks the blocks that it changes.
-  void run(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
+  // Between frames: merges objects and carves things out of tables. Starts a new epoch and marks the blocks that it changes. What
+  // it decides is decided for `votes` too.
+  void run(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far);
   // After the last frame: also drops, levels and names, which must wait until all evidence is in.
-  void finish(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
+  void finish(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far);
 
   // All that it remembers of earlier frames; what else it keeps is only faster than reading the map.
   const SeenTogether& seen_together() const { return together_; }
@@ -72,13 +74,14 @@ class ObjectMaintenance {
   struct Pass {
     VoxelMap& map;
     ObjectRegistry& objects;
+    FrameVotes& votes;
     SurfaceVoxels& surface;
     Vec3d up;
     std::int64_t frame = 0;
     std::uint64_t min_observations = 0;
   };
 
-  Pass begin(VoxelMap& map, ObjectRegistry& objects, const SoFar& so_far);
+  Pass begin(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far);
   static VoxelsByLabel objects_of(const Pass& pass);
   static bool is_voted_on(const Pass& pass, std::uint32_t i);
   bool merge(Pass& pass);

@@ -22,8 +22,9 @@ struct RayVoxel {
   float distance;
   float weight;
   float label_weight;
-  std::uint32_t label;
+  float vote_sum;
   Color color;
+  std::uint32_t label;
 };
 
 constexpr std::size_t kNoVoxel = kBlockVoxels;  // takes what must not change anything
@@ -73,12 +74,12 @@ struct RayFrame {
 void turn_round(const VoxelBlock& block, RayVoxels& voxels);
 void turn_back(const RayVoxels& voxels, VoxelBlock& block);
 void observe(const RayFrame& frame, const RayLine& line, const std::uint16_t* voxels, std::size_t count, RayBatch& batch);
-void fuse_batch(const RayBatch& batch, const RayWords& words, RayVoxels& voxels);
+void fuse_batch(const RayBatch& batch, const RayWords& words, float max_weight, RayVoxels& voxels);
 
 void turn_round(const VoxelBlock& block, RayVoxels& voxels) {
   for (std::size_t i = 0; i < kBlockVoxels; ++i) {
     const Color color = {static_cast<float>(block.red[i]), static_cast<float>(block.green[i]), static_cast<float>(block.blue[i])};
-    voxels.at[i] = RayVoxel{block.distance[i], block.weight[i], block.label_weight[i], block.label[i], color};
+    voxels.at[i] = RayVoxel{block.distance[i], block.weight[i], block.label_weight[i], block.vote_sum[i], color, block.label[i]};
   }
   voxels.at[kNoVoxel] = RayVoxel{};
 }
@@ -89,6 +90,7 @@ void turn_back(const RayVoxels& voxels, VoxelBlock& block) {
     block.distance[i] = voxel.distance;
     block.weight[i] = voxel.weight;
     block.label_weight[i] = voxel.label_weight;
+    block.vote_sum[i] = voxel.vote_sum;
     block.label[i] = static_cast<std::uint16_t>(voxel.label);
     block.red[i] = static_cast<std::uint16_t>(voxel.color[0]);
     block.green[i] = static_cast<std::uint16_t>(voxel.color[1]);
@@ -128,26 +130,31 @@ void observe(const RayFrame& frame, const RayLine& line, const std::uint16_t* vo
 
 [[gnu::always_inline]] static inline Color fused_colors(Color old, Color target, float share) {
   const Color shares = old == 0.0F ? Color{1, 1, 1, 1} : Color{share, share, share, share};
-  const Color mean = old + (target - old) * shares + 0.5F;
+  const Color step = (target - old) * shares;  // as whole_step
+  const Color up = step > 1.0F ? step : Color{1, 1, 1, 1};
+  const Color down = step < -1.0F ? step : Color{-1, -1, -1, -1};
+  const Color falls = step < 0.0F ? down : Color{0, 0, 0, 0};
+  const Color mean = old + (step > 0.0F ? up : falls) + 0.5F;
   const Color at_least_one = mean > 1.0F ? mean : Color{1, 1, 1, 1};
   return __builtin_convertvector(__builtin_convertvector(at_least_one, ColorBits), Color);
 }
 
 PANOPTIC_CLONES
-void fuse_batch(const RayBatch& batch, const RayWords& words, RayVoxels& voxels) {
+void fuse_batch(const RayBatch& batch, const RayWords& words, float max_weight, RayVoxels& voxels) {
   for (std::size_t k = 0; k < batch.count; ++k) {
     RayVoxel& voxel = voxels.at[static_cast<std::size_t>(batch.voxel[k])];
     const RayWord& word = words.of[static_cast<std::size_t>(batch.ray[k])];
     const float weight = batch.weight[k];
     const float old_weight = voxel.weight;
     voxel.distance = fused_distance(voxel.distance, old_weight, batch.distance[k], weight);
-    voxel.weight = old_weight + weight;
+    voxel.weight = fused_weight(old_weight, weight, max_weight);
     if (word.color != 0) voxel.color = fused_colors(voxel.color, word.target, weight / (old_weight + weight));
     if (word.label != number(LabelSlot::kNoVote)) {
-      const VoxelLabel old{static_cast<std::uint16_t>(voxel.label), voxel.label_weight};
-      const VoxelLabel fused = fused_label(old, static_cast<std::uint16_t>(word.label), weight * word.votes);
-      voxel.label = fused.label;
-      voxel.label_weight = fused.weight;
+      const VoxelVotes old{{static_cast<std::uint16_t>(voxel.label), voxel.label_weight}, voxel.vote_sum};
+      const VoxelVotes fused = fused_votes(old, static_cast<std::uint16_t>(word.label), weight * word.votes, max_weight);
+      voxel.label = fused.label.label;
+      voxel.label_weight = fused.label.weight;
+      voxel.vote_sum = fused.sum;
     }
   }
 }
@@ -184,7 +191,7 @@ class PassageFuser {
   }
 
   void flush() {
-    kernels::fuse_batch(batch_, words_, voxels_);
+    kernels::fuse_batch(batch_, words_, view_.pixels.max_weight, voxels_);
     batch_.count = 0;
     words_.count = 0;
   }

@@ -46,16 +46,22 @@ class ScratchPool {
   std::vector<std::unique_ptr<MeanFieldScratch>> free_;
 };
 
+// Of a label that a voxel without any vote takes: three times as probable as all others together. A message that has come far
+// makes a label hardly more probable than the rest.
+constexpr float kLittleDoubt = 0.75F;
+
 // What a voxel is given if that label is the most probable one; see the header.
 VoxelLabel given(const CoreVoxel& voxel, std::uint16_t label, float probability) {
-  if (label == voxel.voted.label) return voxel.voted;
-  const float observation = voxel.weight * (2 * probability - 1);
-  return {label, std::clamp(observation - voxel.voted.weight, 0.0F, std::max(0.0F, voxel.voted.weight))};
+  if (!(voxel.vote_sum > 0)) return probability > kLittleDoubt ? VoxelLabel{label, 0.0F} : VoxelLabel{voxel.voted.label, 0.0F};
+  const float most = std::min(voxel.voted.weight, voxel.vote_sum);
+  if (label == voxel.voted.label) return {label, most};
+  const float observation = voxel.vote_sum * (2 * probability - 1);
+  return {label, std::clamp(observation - voxel.voted.weight, 0.0F, std::max(0.0F, most))};
 }
 
 bool unchanged(const VoxelBlock& block, const CoreVoxel& before) {
   return block.label[before.voxel] == before.held.label && block.label_weight[before.voxel] == before.held.weight &&
-         block.weight[before.voxel] == before.weight;
+         block.weight[before.voxel] == before.weight && block.vote_sum[before.voxel] == before.vote_sum;
 }
 
 std::size_t expected_bytes(const CrfGraph& graph) {
@@ -96,7 +102,6 @@ Regularizer::Regularizer(const RegularizerOptions& options, const VoxelMap& map)
 }
 
 std::size_t Regularizer::run(VoxelMap& map) {
-  votes_.forget_unused(ids_in_use(map));
   const std::vector<std::vector<Slot>> submaps = choose(map);
   std::vector<SubmapChanges> results(submaps.size());
   ScratchPool pool;
@@ -115,7 +120,6 @@ std::size_t Regularizer::run(VoxelMap& map) {
   std::size_t written = 0;
   map.begin_epoch();
   for (const SubmapChanges& changes : results) written += write_back(changes, map);
-  if (written > 0) votes_.forget_unused(ids_in_use(map));
   return written;
 }
 
@@ -166,9 +170,9 @@ SubmapChanges Regularizer::solve(const SubmapGraph& submap, MeanFieldScratch& sc
   }
   for (const CoreVoxel& voxel : submap.core) {
     if (submap.graph.labels[voxel.node] == CrfGraph::kOtherLabel) continue;
-    const MeanField::Best best = field ? field->best(voxel.node) : MeanField::Best{0, 1};
-    const std::uint16_t label = submap.ids[best.label];
-    if (label != voxel.held.label) result.changes.push_back({voxel, given(voxel, label, best.probability)});
+    const MeanField::Best best = field ? field->best(voxel.node) : MeanField::Best{0, voxel.vote_sum > 0 ? 1.0F : 0.0F};
+    const VoxelLabel label = given(voxel, submap.ids[best.label], best.probability);
+    if (label.label != voxel.held.label) result.changes.push_back({voxel, label});
   }
   return result;
 }

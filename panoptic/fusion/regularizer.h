@@ -4,13 +4,13 @@
 // Regularizes the labels of the map with a fully connected CRF over panoptic labels (section III-G of the paper).
 //
 // What is written back. A voxel whose most probable label is the one it has keeps label and weight. Any other is treated as if
-// it had been observed once more, by an observation of the most probable label with weight W^D (2q - 1) (Eq. 19 solved for W^L),
+// it had been observed once more, by an observation of the most probable label with weight W^V (2q - 1) (Eq. 19 solved for W^L),
 // which flips it by Eq. 11 - except that it never comes out surer of its new label than frames were of the old one. So no label
 // weight ever grows beyond what frames gave it, and later frames can correct a label at least as easily as before.
 //
 // What it is made from. Not from what an earlier run wrote: where a label was overruled, the vote of the frames is kept apart
-// (FrameVotes). However often it runs, a run gives what a single one would, unless the last voxel of an object was overruled:
-// then the object is gone, and so are its votes.
+// (FrameVotes). However often it runs, a run gives what a single one would. A voxel that frames never voted on says nothing (all
+// labels are as probable) and takes a label, without weight, only where its neighbours leave little doubt.
 #pragma once
 
 #include <cstddef>
@@ -74,8 +74,9 @@ class Regularizer {
   SubmapChanges solve(const SubmapGraph& submap, Ranges ranges = {}) const;
   // Leaves voxels alone that a frame has changed since they were copied. `map` must be in an epoch of its own (begin_epoch).
   std::size_t write_back(const SubmapChanges& changes, VoxelMap& map);
-  // Before choose: forgets the votes for labels that no voxel holds any more.
-  void forget_unused(const VoxelMap& map) { votes_.forget_unused(ids_in_use(map)); }
+  // What it remembers of frames: for whoever else changes labels.
+  FrameVotes& votes() { return votes_; }
+  const FrameVotes& votes() const { return votes_; }
 
   // To save it, and to go on from there with the same map.
   RegularizerState state() const { return {votes_.all(), handled_}; }

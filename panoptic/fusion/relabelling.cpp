@@ -53,7 +53,8 @@ std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t,
 
 Renaming::Renaming() : new_label_(kLabelSlots) { std::iota(new_label_.begin(), new_label_.end(), std::uint16_t{0}); }
 
-void Renaming::apply(VoxelMap& map, SurfaceVoxels& surface) const {
+void Renaming::apply(VoxelMap& map, FrameVotes& votes, SurfaceVoxels& surface) const {
+  votes.rename(new_label_, map);
   LabelBits before;
   LabelBits after;
   for (std::size_t label = 0; label < kLabelSlots; ++label) {

@@ -20,8 +20,8 @@ class Renaming {
   void add(LabelSlot from, LabelSlot to) { new_label_[number(from)] = number(to); }
   LabelSlot of(LabelSlot label) const { return static_cast<LabelSlot>(new_label_[number(label)]); }
 
-  // In every voxel of the map, surface or not, and in the snapshot. Weights stay.
-  void apply(VoxelMap& map, SurfaceVoxels& surface) const;
+  // In every voxel of the map, surface or not, in what frames voted for (FrameVotes::rename), and in the snapshot.
+  void apply(VoxelMap& map, FrameVotes& votes, SurfaceVoxels& surface) const;
 
  private:
   std::vector<std::uint16_t> new_label_;

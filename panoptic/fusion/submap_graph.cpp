@@ -137,24 +137,18 @@ class Copier {
     CrfGraph& g = out_.graph;
     const float weight = block.weight[voxel];
     const VoxelLabel held{block.label[voxel], block.label_weight[voxel]};
-    const VoxelLabel voted = voted_for(part.slot, voxel, held);
+    const VoxelLabel voted = votes_.voted(part.slot, static_cast<std::uint16_t>(voxel), held);
+    const float vote_sum = block.vote_sum[voxel];
     if (part.core) {
       out_.core.push_back(
-          {static_cast<std::uint32_t>(g.size()), part.slot, static_cast<std::uint16_t>(voxel), held, voted, weight});
+          {static_cast<std::uint32_t>(g.size()), part.slot, static_cast<std::uint16_t>(voxel), held, voted, weight, vote_sum});
     }
     g.points.push_back(point);
     const auto channel = [&](const auto& plane) { return static_cast<float>(plane[voxel]) / 256.0F; };
     g.colors.push_back({channel(block.red), channel(block.green), channel(block.blue)});
-    g.labels.push_back(voted.label);
-    const float p = 0.5F * (1.0F + voted.weight / weight);  // Eq. 19
+    g.labels.push_back(vote_sum > 0 ? voted.label : CrfGraph::kNoLabel);
+    const float p = 0.5F * (1.0F + label_share(voted.weight, vote_sum));  // Eq. 19
     g.probabilities.push_back(p > 0.5F ? std::min(p, highest_probability_) : 0.5F);
-  }
-
-  VoxelLabel voted_for(Slot slot, std::size_t voxel, VoxelLabel held) const {
-    const std::span<const OverruledVote> votes = votes_.of(slot);
-    if (votes.empty()) return held;
-    const auto vote = std::ranges::lower_bound(votes, voxel, {}, &OverruledVote::voxel);
-    return vote != votes.end() && vote->voxel == voxel ? voted_since(*vote, held) : held;
   }
 
   const VoxelMap& map_;
@@ -166,7 +160,7 @@ class Copier {
 // From panoptic ids to 0, 1, 2 ... in the order of the ids.
 void number_labels(SubmapGraph& submap) {
   std::vector<std::uint32_t> counts(65536, 0);
-  for (const std::uint16_t id : submap.graph.labels) counts[id]++;
+  for (const std::uint16_t id : submap.graph.labels) counts[id == CrfGraph::kNoLabel ? number(LabelSlot::kUnknown) : id]++;
   for (std::size_t id = 0; id < counts.size(); ++id) {
     if (counts[id] > 0) submap.ids.push_back(static_cast<std::uint16_t>(id));
   }
@@ -179,6 +173,7 @@ void number_labels(SubmapGraph& submap) {
   }
   submap.graph.label_count = submap.ids.size();
   std::vector<std::uint16_t> label_of(65536, CrfGraph::kOtherLabel);
+  label_of[CrfGraph::kNoLabel] = CrfGraph::kNoLabel;
   for (std::size_t l = 0; l < submap.ids.size(); ++l) label_of[submap.ids[l]] = static_cast<std::uint16_t>(l);
   for (std::uint16_t& label : submap.graph.labels) label = label_of[label];
 }

@@ -27,7 +27,8 @@ struct CoreVoxel {
   std::uint16_t voxel;  // within the block
   VoxelLabel held;
   VoxelLabel voted;  // by frames, FrameVotes tells how: what the graph knows of it
-  float weight;
+  float weight;      // W^D
+  float vote_sum;    // W^V; 0: frames never voted, and the graph knows nothing of it
 };
 
 struct SubmapGraph {
@@ -38,9 +39,9 @@ struct SubmapGraph {
   std::vector<std::uint16_t> ids;  // panoptic id by label of the graph
 };
 
-// Observed voxels of the blocks and of a halo around them, with what frames voted for. The labels are those of the graph's
-// voxels; if there are more than kMostLabels, the most frequent ones (of equally frequent ones the lower), and voxels with others
-// keep theirs.
+// Observed voxels of the blocks and of a halo around them, with what frames voted for. The labels are those that the graph's
+// voxels were voted for, and unknown if there are voxels without a vote; if there are more than kMostLabels, the most frequent
+// ones (of equally frequent ones the lower), and voxels with others keep theirs.
 SubmapGraph gather_submap(const VoxelMap& map, const FrameVotes& votes, std::span<const Slot> blocks,
                           const GatherSettings& settings);
 

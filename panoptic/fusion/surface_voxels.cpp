@@ -187,14 +187,15 @@ std::vector<std::vector<std::uint32_t>> SurfaceVoxels::components(std::span<cons
   return result;
 }
 
-std::size_t SurfaceVoxels::write_labels(VoxelMap& map) const {
+std::size_t SurfaceVoxels::write_labels(VoxelMap& map, FrameVotes& votes) const {
   std::size_t written = 0;
   for (Slot slot = 0; slot < blocks_.size(); ++slot) {
     if (relabelled_[slot] == 0) continue;
     for (std::uint32_t i = first_of_slot_[slot]; i < first_of_slot_[slot + 1]; ++i) {
-      std::uint16_t& label = map.block(slot).label[voxels_[i].voxel];
-      if (label == number(voxels_[i].label)) continue;
-      label = number(voxels_[i].label);
+      VoxelBlock& block = map.block(slot);
+      const auto [of_slot, voxel, label] = voxels_[i];
+      if (block.label[voxel] == number(label)) continue;
+      votes.decide(of_slot, voxel, number(label), block);
       map.mark_changed(slot);
       ++written;
     }

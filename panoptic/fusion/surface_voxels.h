@@ -17,6 +17,7 @@
 
 #include "panoptic/base/error.h"
 #include "panoptic/data/labels.h"
+#include "panoptic/fusion/frame_votes.h"
 #include "panoptic/map/voxel_map.h"
 
 namespace panoptic {
@@ -93,8 +94,8 @@ class SurfaceVoxels {
   // are at most `reach` (below 16) apart along each axis.
   std::vector<std::vector<std::uint32_t>> components(std::span<const std::uint32_t> members, int reach) const;
 
-  // Labels that differ from the map's are written; their weights stay. Returns how many.
-  std::size_t write_labels(VoxelMap& map) const;
+  // Labels that differ from the map's are written, as decisions on what frames voted for (FrameVotes::decide). Returns how many.
+  std::size_t write_labels(VoxelMap& map, FrameVotes& votes) const;
 
  private:
   struct Entry {

@@ -12,11 +12,11 @@ namespace panoptic {
 namespace {
 
 constexpr std::size_t kMaskBytes = kBlockVoxels / 8;
-constexpr std::size_t kMostBytesPerVoxel = 21;
+constexpr std::size_t kMostBytesPerVoxel = 26;
 constexpr std::size_t kMostBytes = kMaskBytes + kMostBytesPerVoxel * kBlockVoxels;
 
-// How a label weight is told from the weight.
-enum LabelWeightCode : std::uint8_t { kSame, kFourfold, kZero, kOther, kCodes };
+// How the sum of votes is told from the weight, and the label weight from both. Format 1 knows no kVotes.
+enum WeightCode : std::uint8_t { kSame, kFourfold, kZero, kOther, kVotes };
 
 using HeldVoxels = std::vector<std::uint16_t>;  // ascending
 using Mask = std::array<std::uint8_t, kBlockVoxels>;
@@ -153,18 +153,37 @@ HeldVoxels held_voxels(const VoxelBlock& b, Mask& mask) {
   held.reserve(kBlockVoxels);
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const std::uint32_t floats = std::bit_cast<std::uint32_t>(b.distance[v]) | std::bit_cast<std::uint32_t>(b.weight[v]) |
-                                 std::bit_cast<std::uint32_t>(b.label_weight[v]);
+                                 std::bit_cast<std::uint32_t>(b.label_weight[v]) | std::bit_cast<std::uint32_t>(b.vote_sum[v]);
     mask[v] = (floats | b.label[v] | b.red[v] | b.green[v] | b.blue[v]) != 0 ? 1 : 0;
     if (mask[v] != 0) held.push_back(static_cast<std::uint16_t>(v));
   }
   return held;
 }
 
-LabelWeightCode code_of(float label_weight, float weight) {
-  const auto bits = std::bit_cast<std::uint32_t>(label_weight);
+WeightCode code_of(float value, float weight) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
   if (bits == std::bit_cast<std::uint32_t>(weight)) return kSame;
   if (bits == std::bit_cast<std::uint32_t>(4 * weight)) return kFourfold;  // the vote of an object, by default
   return bits == 0 ? kZero : kOther;
+}
+
+WeightCode code_of(float label_weight, float weight, float vote_sum) {
+  const WeightCode code = code_of(label_weight, weight);
+  return code == kOther && std::bit_cast<std::uint32_t>(label_weight) == std::bit_cast<std::uint32_t>(vote_sum) ? kVotes : code;
+}
+
+// What a code means; kOther is told elsewhere.
+float value_of(std::uint8_t code, float weight, float vote_sum) {
+  switch (code) {
+    case kSame:
+      return weight;
+    case kFourfold:
+      return 4 * weight;
+    case kVotes:
+      return vote_sum;
+    default:
+      return 0;
+  }
 }
 
 void put_floats(const std::array<float, kBlockVoxels>& plane, const HeldVoxels& held, const Predictor& predictor,
@@ -194,19 +213,42 @@ void put_colors(const VoxelBlock& block, const HeldVoxels& held, const Predictor
   }
 }
 
+// The numbers of the voxels with code kOther, and again as many numbers as there are voxels.
+void put_others(const std::vector<std::uint32_t>& others, std::size_t held, PayloadWriter& out) {
+  out.resize(others.size());
+  out.begin<std::uint32_t>();
+  for (std::size_t i = 0; i < others.size(); ++i) out.put(i, others[i]);
+  out.resize(held);
+}
+
+void put_votes(const VoxelBlock& block, const HeldVoxels& held, const Predictor& predictor, PayloadWriter& out) {
+  std::vector<std::uint32_t> others;
+  out.begin<std::uint8_t>();
+  float before = 0;
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const float value = block.vote_sum[held[i]];
+    const WeightCode code = code_of(value, block.weight[held[i]]);
+    out.put(i, static_cast<std::uint8_t>(code));
+    if (code == kOther) {
+      others.push_back(folded(ordered(value) - ordered_prediction(predictor.predict(block.vote_sum, held[i], before))));
+    }
+    before = value;
+  }
+  put_others(others, held.size(), out);
+}
+
 void put_labels(const VoxelBlock& block, const HeldVoxels& held, PayloadWriter& out) {
   out.begin<std::uint16_t>();
   for (std::size_t i = 0; i < held.size(); ++i) out.put(i, block.label[held[i]]);
   std::vector<std::uint32_t> others;
   out.begin<std::uint8_t>();
   for (std::size_t i = 0; i < held.size(); ++i) {
-    const LabelWeightCode code = code_of(block.label_weight[held[i]], block.weight[held[i]]);
+    const std::uint16_t v = held[i];
+    const WeightCode code = code_of(block.label_weight[v], block.weight[v], block.vote_sum[v]);
     out.put(i, static_cast<std::uint8_t>(code));
-    if (code == kOther) others.push_back(std::bit_cast<std::uint32_t>(block.label_weight[held[i]]));
+    if (code == kOther) others.push_back(std::bit_cast<std::uint32_t>(block.label_weight[v]));
   }
-  out.resize(others.size());
-  out.begin<std::uint32_t>();
-  for (std::size_t i = 0; i < others.size(); ++i) out.put(i, others[i]);
+  put_others(others, held.size(), out);
 }
 
 bool take_floats(std::array<float, kBlockVoxels>& plane, const HeldVoxels& held, const Predictor& predictor, PayloadReader& in) {
@@ -236,26 +278,72 @@ bool take_colors(VoxelBlock& block, const HeldVoxels& held, const Predictor& pre
   return true;
 }
 
-bool take_labels(VoxelBlock& block, const HeldVoxels& held, PayloadReader& in) {
+// Codes up to `last` of all voxels. Empty: there are other ones, or too few.
+std::vector<std::uint8_t> take_codes(std::size_t count, std::uint8_t last, PayloadReader& in) {
+  std::vector<std::uint8_t> codes(in.begin<std::uint8_t>() ? count : 0);
+  for (std::size_t i = 0; i < codes.size(); ++i) codes[i] = in.take<std::uint8_t>(i);
+  const bool known = std::all_of(codes.begin(), codes.end(), [last](std::uint8_t code) { return code <= last; });
+  return known ? codes : std::vector<std::uint8_t>();
+}
+
+// Begins the numbers of the voxels with code kOther.
+bool begin_others(const std::vector<std::uint8_t>& codes, PayloadReader& in) {
+  in.resize(static_cast<std::size_t>(std::count(codes.begin(), codes.end(), kOther)));
+  return in.begin<std::uint32_t>();
+}
+
+bool take_votes(VoxelBlock& block, const HeldVoxels& held, const Predictor& predictor, PayloadReader& in) {
+  const std::vector<std::uint8_t> codes = take_codes(held.size(), kOther, in);
+  if (codes.empty() || !begin_others(codes, in)) return false;
+  std::size_t other = 0;
+  float before = 0;
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const std::uint16_t v = held[i];
+    float value = value_of(codes[i], block.weight[v], 0);
+    if (codes[i] == kOther) {
+      const std::uint32_t predicted = ordered_prediction(predictor.predict(block.vote_sum, v, before));
+      value = unordered(unfolded(in.take<std::uint32_t>(other++)) + predicted);
+    }
+    if (!std::isfinite(value)) return false;
+    before = block.vote_sum[v] = value;
+  }
+  in.resize(held.size());
+  return true;
+}
+
+bool take_labels(VoxelBlock& block, const HeldVoxels& held, std::uint8_t last_code, PayloadReader& in) {
   if (!in.begin<std::uint16_t>()) return false;
   for (std::size_t i = 0; i < held.size(); ++i) block.label[held[i]] = in.take<std::uint16_t>(i);
-  if (!in.begin<std::uint8_t>()) return false;
-  HeldVoxels others;
+  const std::vector<std::uint8_t> codes = take_codes(held.size(), last_code, in);
+  if (codes.empty() || !begin_others(codes, in)) return false;
+  std::size_t other = 0;
   for (std::size_t i = 0; i < held.size(); ++i) {
-    const auto code = in.take<std::uint8_t>(i);
-    if (code >= kCodes) return false;
-    const float weight = block.weight[held[i]];
-    block.label_weight[held[i]] = code == kSame ? weight : code == kFourfold ? 4 * weight : 0.0F;
-    if (code == kOther) others.push_back(held[i]);
+    const std::uint16_t v = held[i];
+    block.label_weight[v] = codes[i] == kOther ? std::bit_cast<float>(in.take<std::uint32_t>(other++))
+                                               : value_of(codes[i], block.weight[v], block.vote_sum[v]);
   }
-  in.resize(others.size());
-  if (!in.begin<std::uint32_t>()) return false;
-  for (std::size_t i = 0; i < others.size(); ++i) block.label_weight[others[i]] = std::bit_cast<float>(in.take<std::uint32_t>(i));
   return true;
 }
 
 bool are_weights(const std::array<float, kBlockVoxels>& plane) {
   return std::all_of(plane.begin(), plane.end(), [](float w) { return std::isfinite(w) && w >= 0; });
+}
+
+bool are_within_votes(const VoxelBlock& block) {
+  constexpr float kRounding = 1.0001F;
+  for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+    if (block.label_weight[v] > block.vote_sum[v] * kRounding) return false;
+  }
+  return true;
+}
+
+// Format 1 took the weight of the distance for the sum of the votes. A label that weighs more (the vote of an object counted
+// fourfold) was taken to be sure, which it stays; where there is no label and no weight of one, nobody had voted.
+void votes_of_format_1(VoxelBlock& block) {
+  for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+    const bool voted = block.label[v] != 0 || block.label_weight[v] > 0;
+    block.vote_sum[v] = voted ? std::max(block.weight[v], block.label_weight[v]) : 0.0F;
+  }
 }
 
 }  // namespace
@@ -273,6 +361,7 @@ Bytes BlockEncoder::encode(const VoxelBlock& block) {
     put_floats(block.distance, held, predictor, out);
     put_floats(block.weight, held, predictor, out);
     put_colors(block, held, predictor, out);
+    put_votes(block, held, predictor, out);
     put_labels(block, held, out);
   }
   return compressor_.compress(out.parts());
@@ -292,13 +381,18 @@ const char* BlockDecoder::decode(std::span<const std::uint8_t> bytes, VoxelBlock
   }
   const Predictor predictor(mask);
   PayloadReader in({payload_.data(), size}, kMaskBytes, held.size());
+  const bool has_votes = format_ >= 2;
   const bool good =
       held.empty() || (take_floats(block.distance, held, predictor, in) && take_floats(block.weight, held, predictor, in) &&
-                       take_colors(block, held, predictor, in) && take_labels(block, held, in));
+                       take_colors(block, held, predictor, in) && (!has_votes || take_votes(block, held, predictor, in)) &&
+                       take_labels(block, held, has_votes ? kVotes : kOther, in));
   if (!good) return "its voxels are cut off or not numbers";
   if (!in.at_end()) return "bytes follow its voxels";
-  if (!are_weights(block.weight) || !are_weights(block.label_weight)) return "a weight is negative or not a number";
-  return nullptr;
+  if (!are_weights(block.weight) || !are_weights(block.label_weight) || !are_weights(block.vote_sum)) {
+    return "a weight is negative or not a number";
+  }
+  if (!has_votes) votes_of_format_1(block);
+  return are_within_votes(block) ? nullptr : "a label weighs more than all votes";
 }
 
 }  // namespace panoptic

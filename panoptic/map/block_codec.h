@@ -9,6 +9,7 @@
 #include <span>
 
 #include "panoptic/map/compression.h"
+#include "panoptic/map/map_schema.h"
 #include "panoptic/map/voxel_block.h"
 
 namespace panoptic {
@@ -25,12 +26,16 @@ class BlockEncoder {
 
 class BlockDecoder {
  public:
+  // Of blocks of that format; 1 has no sum of votes, which then is made up (votes_of_format_1).
+  explicit BlockDecoder(std::int64_t format = kMapFormat) : format_(format) {}
+
   // Into a block that holds nothing. Returns nullptr, or what is wrong with the bytes; the block then holds anything. Whatever
   // the bytes are, it takes no more time and memory than an ordinary block. Distances and weights are finite, weights not
-  // negative.
+  // negative, and no label weighs more than all votes.
   const char* decode(std::span<const std::uint8_t> bytes, VoxelBlock& block);
 
  private:
+  std::int64_t format_;
   Decompressor decompressor_;
   Bytes payload_;
 };

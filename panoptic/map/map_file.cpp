@@ -232,6 +232,10 @@ MapFileWriter MapFileWriter::create(const std::filesystem::path& path, const Map
 }
 
 MapFileWriter MapFileWriter::open(const std::filesystem::path& path, MapLock lock, const SavedMap& saved) {
+  if (saved.format != kMapFormat) {
+    throw Error(fmt::format("{} has format {}, and what is written now has {}: it can be read and saved anew, not gone on with",
+                            path.string(), saved.format, kMapFormat));
+  }
   auto state = std::make_unique<State>(path, saved.header);
   state->lock.emplace(std::move(lock));
   state->database.execute(kWriteAhead);
@@ -280,10 +284,16 @@ MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects) {
 }
 
 void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update) {
-  std::optional<MapLock> old;
-  if (is_there(path)) old.emplace(path);
-  const MapFileWriter::Aside aside(path, header, update);
-  const MapLock lock = old ? aside.put_over_old() : aside.put_new();
+  if (is_there(path)) {
+    replace_map(MapLock(path), path, header, update);
+  } else {
+    const MapLock lock = MapFileWriter::Aside(path, header, update).put_new();
+  }
+}
+
+void replace_map(MapLock old, const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update) {
+  const MapLock held = std::move(old);
+  const MapLock lock = MapFileWriter::Aside(path, header, update).put_over_old();
 }
 
 }  // namespace panoptic

@@ -18,6 +18,7 @@
 #include "panoptic/data/labels.h"
 #include "panoptic/map/compression.h"
 #include "panoptic/map/map_lock.h"
+#include "panoptic/map/map_schema.h"
 #include "panoptic/map/object_registry.h"
 #include "panoptic/map/voxel_map.h"
 
@@ -51,7 +52,11 @@ struct SavedMap {
   VoxelMap map;
   ObjectRegistry objects;
   MapNotes notes;
+  std::int64_t format = kMapFormat;  // of the file that it was loaded from
 };
+
+// One line for users about a map that was loaded from the file: what its older format lacks. Empty if it lacks nothing.
+std::string note_of_format(const SavedMap& saved, const std::filesystem::path& path);
 
 // Throws Error if the file is no sound map. `place` says by its memory_limit_mb and swap_folder how the map lies in memory.
 SavedMap load_map(const std::filesystem::path& path, const MapOptions& place = {});
@@ -83,7 +88,7 @@ class MapFileWriter {
  public:
   // A new file that holds this map from its first moment on. Refuses if there is a file of that name.
   static MapFileWriter create(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update);
-  // Goes on in a file that was loaded as `saved` under the lock.
+  // Goes on in a file that was loaded as `saved` under the lock. Throws Error if that is of an older format.
   static MapFileWriter open(const std::filesystem::path& path, MapLock lock, const SavedMap& saved);
 
   MapFileWriter(const MapFileWriter&) = delete;
@@ -103,11 +108,14 @@ class MapFileWriter {
   struct State;
   class Aside;
   friend void save_map(const std::filesystem::path&, const MapHeader&, const MapUpdate&);
+  friend void replace_map(MapLock, const std::filesystem::path&, const MapHeader&, const MapUpdate&);
   explicit MapFileWriter(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 
 // A whole map at once; the file appears whole or not at all, and replaces an older one unless somebody writes that.
 void save_map(const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update);
+// The same in the place of the map that the lock is on.
+void replace_map(MapLock old, const std::filesystem::path& path, const MapHeader& header, const MapUpdate& update);
 
 }  // namespace panoptic

@@ -78,6 +78,7 @@ LabelSet read_labels(Database& database, const std::string& name) {
 
 MapHeader read_header(Database& database, const std::map<std::string, std::string>& meta) {
   MapHeader header;
+  header.options.max_weight = 0;  // where the file says nothing there was no limit
   read_toml_text(meta_value(database, meta, kMetaMap), fmt::format("map file {}: meta 'map'", database.path().string()),
                  grid_fields(header.options));
   header.labels = read_labels(database, meta_value(database, meta, kMetaLabelSet));
@@ -91,23 +92,25 @@ struct BlockRow {
   const char* wrong = nullptr;
 };
 
-// The highest id that a voxel of the map may hold.
-struct IdLimit {
-  std::uint16_t highest;
+// What the blocks of a file are to be like.
+struct BlockRules {
+  std::int64_t format;
+  std::uint16_t highest_id;  // that a voxel may hold
 };
 
-const char* decode_row(BlockDecoder& decoder, const BlockRow& row, VoxelBlock& block, IdLimit limit) {
+const char* decode_row(BlockDecoder& decoder, const BlockRow& row, VoxelBlock& block, const BlockRules& rules) {
   if (const char* wrong = decoder.decode(row.bytes, block)) return wrong;
-  const bool known = std::all_of(block.label.begin(), block.label.end(), [&](std::uint16_t id) { return id <= limit.highest; });
+  const bool known =
+      std::all_of(block.label.begin(), block.label.end(), [&](std::uint16_t id) { return id <= rules.highest_id; });
   return known ? nullptr : "a voxel has the id of an object that never was";
 }
 
-void decode_rows(const Database& database, std::vector<BlockRow>& rows, VoxelMap& map, IdLimit limit) {
+void decode_rows(const Database& database, std::vector<BlockRow>& rows, VoxelMap& map, const BlockRules& rules) {
   parallel_for((rows.size() + kBlocksPerTask - 1) / kBlocksPerTask, [&](std::size_t task) {
-    BlockDecoder decoder;
+    BlockDecoder decoder(rules.format);
     const std::size_t end = std::min(rows.size(), (task + 1) * kBlocksPerTask);
     for (std::size_t i = task * kBlocksPerTask; i < end; ++i) {
-      rows[i].wrong = decode_row(decoder, rows[i], map.block(rows[i].slot), limit);
+      rows[i].wrong = decode_row(decoder, rows[i], map.block(rows[i].slot), rules);
     }
   });
   for (const BlockRow& row : rows) {
@@ -124,7 +127,7 @@ void require_plausible_count(Database& database) {
   database.refuse(fmt::format("it claims {} blocks in {} bytes, more than any map; {}", blocks, file_bytes, kUseAnother));
 }
 
-void read_blocks(Database& database, VoxelMap& map, std::int64_t epoch, IdLimit limit) {
+void read_blocks(Database& database, VoxelMap& map, std::int64_t epoch, const BlockRules& rules) {
   require_plausible_count(database);
   std::vector<BlockRow> rows;
   std::vector<std::uint64_t> changed_at;
@@ -147,9 +150,9 @@ void read_blocks(Database& database, VoxelMap& map, std::int64_t epoch, IdLimit 
     }
     map.allocate(index);
     rows.push_back({slot, Bytes(bytes.begin(), bytes.end()), nullptr});
-    if (rows.size() == kBlocksAtOnce) decode_rows(database, rows, map, limit);
+    if (rows.size() == kBlocksAtOnce) decode_rows(database, rows, map, rules);
   }
-  decode_rows(database, rows, map, limit);
+  decode_rows(database, rows, map, rules);
   map.restore_epochs(static_cast<std::uint64_t>(epoch), std::move(changed_at));
 }
 
@@ -198,7 +201,7 @@ std::map<std::string, Bytes> read_states(Database& database) {
 
 SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   Database database(path, DatabaseAccess::kRead);
-  require_map(database);
+  const std::int64_t format = require_map(database);
   Transaction snapshot(database, false);  // all of one moment, also while another process writes
   std::map<std::string, std::string> meta = read_meta(database);
   if (static_cast<std::int64_t>(meta.size()) >= kMostNotes) database.refuse(fmt::format("meta is too long; {}", kUseAnother));
@@ -213,10 +216,16 @@ SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   header.options.swap_folder = place.swap_folder;
   VoxelMap map(header.options);
   const auto highest = static_cast<std::uint16_t>(first + ids_given - 1);
-  read_blocks(database, map, std::max<std::int64_t>(1, meta_integer(database, meta, kMetaEpoch, kMostEpoch)), {highest});
+  read_blocks(database, map, std::max<std::int64_t>(1, meta_integer(database, meta, kMetaEpoch, kMostEpoch)), {format, highest});
   for (const char* name : kFormatNames) meta.erase(name);
   MapNotes notes{std::move(meta), read_states(database)};
-  return {std::move(header), std::move(map), ObjectRegistry(first, std::move(registry)), std::move(notes)};
+  return {std::move(header), std::move(map), ObjectRegistry(first, std::move(registry)), std::move(notes), format};
+}
+
+std::string note_of_format(const SavedMap& saved, const std::filesystem::path& path) {
+  const std::vector<std::string> lacks = lacks_of(saved.format);
+  if (lacks.empty()) return "";
+  return fmt::format("{} has format {}, which lacks {}", path.string(), saved.format, fmt::join(lacks, ", "));
 }
 
 std::vector<FrameRecord> load_frames(const std::filesystem::path& path) {

@@ -41,16 +41,26 @@ void merge_channel(std::uint16_t from, std::uint16_t& into, double from_weight, 
   into = static_cast<std::uint16_t>(std::lround(mean));
 }
 
-void merge_label(std::uint16_t label, float weight, std::uint16_t& into, float& into_weight) {
-  if (label == into) {
-    into_weight += weight;
-  } else if (weight > into_weight) {
-    into = label;
-    into_weight = weight - into_weight;
+// Beyond the limit all votes fade alike, as in fusion.
+void merge_votes(const VoxelBlock& from, std::uint16_t label, std::size_t v, float max_weight, VoxelBlock& into) {
+  float& weight = into.label_weight[v];
+  const float more = from.label_weight[v];
+  if (label == into.label[v]) {
+    weight += more;
+  } else if (more > weight) {
+    into.label[v] = label;
+    weight = more - weight;
   } else {
-    into_weight -= weight;
+    weight -= more;
   }
+  into.vote_sum[v] += from.vote_sum[v];
+  if (into.vote_sum[v] <= max_weight) return;
+  weight = std::min(max_weight, weight * (max_weight / into.vote_sum[v]));
+  into.vote_sum[v] = max_weight;
 }
+
+// The lower one; 0 = none.
+float common_max_weight(float a, float b) { return a > 0 && b > 0 ? std::min(a, b) : std::max(a, b); }
 
 // The lowest and the highest frame number that a map speaks of, and the widest bin of its vote histories.
 struct FrameNumbers {
@@ -186,20 +196,22 @@ void MergedObjects::take_up(const ObjectRegistry& b, const std::vector<ObjectMat
   }
 }
 
-void merge_voxels(const VoxelMap& b, const IdTable& ids_of_a, const IdTable& ids_of_b, VoxelMap& map) {
+void merge_voxels(const VoxelMap& b, const MergedObjects& objects, float max_weight, VoxelMap& map) {
   map.begin_epoch();
   std::vector<Slot> into(b.block_count());
   for (Slot slot = 0; slot < b.block_count(); ++slot) into[slot] = map.allocate(b.index_of(slot));
   parallel_for(map.block_count(), [&](std::size_t i) {
-    for (std::uint16_t& label : map.block(static_cast<Slot>(i)).label) label = ids_of_a[label];
+    for (std::uint16_t& label : map.block(static_cast<Slot>(i)).label) label = objects.ids_of_a()[label];
   });
-  parallel_for(into.size(), [&](std::size_t i) { merge_block(b.block(static_cast<Slot>(i)), ids_of_b, map.block(into[i])); });
+  parallel_for(into.size(), [&](std::size_t i) {
+    merge_block(b.block(static_cast<Slot>(i)), objects.ids_of_b(), max_weight, map.block(into[i]));
+  });
   for (Slot slot = 0; slot < map.block_count(); ++slot) map.mark_changed(slot);
 }
 
 }  // namespace
 
-void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_id, VoxelBlock& into) {
+void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_id, float max_weight, VoxelBlock& into) {
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const double weight = from.weight[v];
     if (weight > 0) {
@@ -208,9 +220,9 @@ void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merge
       merge_channel(from.red[v], into.red[v], weight, old_weight);
       merge_channel(from.green[v], into.green[v], weight, old_weight);
       merge_channel(from.blue[v], into.blue[v], weight, old_weight);
-      into.weight[v] = static_cast<float>(old_weight + weight);
+      into.weight[v] = std::min(max_weight, static_cast<float>(old_weight + weight));
     }
-    merge_label(merged_id[from.label[v]], from.label_weight[v], into.label[v], into.label_weight[v]);
+    merge_votes(from, merged_id[from.label[v]], v, max_weight, into);
   }
 }
 
@@ -222,7 +234,8 @@ MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& 
   merge.matches = match_objects(into, b.saved);
   MergedObjects objects(into.objects, name_a + " and " + name_b);
   objects.take_up(b.saved.objects, merge.matches, merge.frame_shift);
-  merge_voxels(b.saved.map, objects.ids_of_a(), objects.ids_of_b(), into.map);
+  into.header.options.max_weight = common_max_weight(into.header.options.max_weight, b.saved.header.options.max_weight);
+  merge_voxels(b.saved.map, objects, std::min(into.map.max_weight(), b.saved.map.max_weight()), into.map);
   into.objects = objects.registry();
   into.objects.retire_unused(ids_in_use(into.map));
   into.notes = {};

@@ -68,28 +68,29 @@ Schema schema_of(Database& database) {
   return schema;
 }
 
-const Schema& known_schema() {
-  static const Schema kSchema = [] {
-    Database fresh(":memory:", DatabaseAccess::kCreate);
-    fresh.execute(kTables);
-    return schema_of(fresh);
-  }();
-  return kSchema;
+// The statements that make the tables of a format. 1 and 2 differ in what blocks hold, not in tables.
+const char* tables_of(std::int64_t /*format*/) { return kTables; }
+
+Schema known_schema(std::int64_t format) {
+  Database fresh(":memory:", DatabaseAccess::kCreate);
+  fresh.execute(tables_of(format));
+  return schema_of(fresh);
 }
 
-void require_tables(Database& database) {
+void require_tables(Database& database, std::int64_t format) {
   const Schema found = schema_of(database);
-  for (const auto& [name, entry] : known_schema()) {
+  const Schema known = known_schema(format);
+  for (const auto& [name, entry] : known) {
     const auto at = found.find(name);
     if (at == found.end())
       database.refuse(fmt::format("{} {} is missing; the file is damaged: use another copy", entry.first, name));
     if (at->second != entry) {
       database.refuse(fmt::format("{} {} is not as format {} has it; the file was changed by another program: use another copy",
-                                  entry.first, name, kMapFormat));
+                                  entry.first, name, format));
     }
   }
   for (const auto& [name, entry] : found) {
-    if (known_schema().contains(name)) continue;
+    if (known.contains(name)) continue;
     database.refuse(
         fmt::format("it holds the {} '{}', which no map has; remove it, or keep it in a database of its own", entry.first, name));
   }
@@ -101,10 +102,10 @@ void set_page_size(Database& database) { database.execute(kPages); }
 
 void create_map_tables(Database& database) {
   database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", kMapApplicationId, kMapFormat).c_str());
-  database.execute(kTables);
+  database.execute(tables_of(kMapFormat));
 }
 
-void require_map(Database& database) {
+std::int64_t require_map(Database& database) {
   if (database.integer("PRAGMA application_id") != kMapApplicationId) {
     database.refuse("this is not a map of panoptic; give a file that run --map wrote");
   }
@@ -114,9 +115,21 @@ void require_map(Database& database) {
   }
   if (format < 1) database.refuse(fmt::format("it has format {}, which never was; use another copy", format));
   const std::string verdict = database.text("PRAGMA quick_check(1)");
-  if (verdict == "ok") return require_tables(database);
+  if (verdict == "ok") {
+    require_tables(database, format);
+    return format;
+  }
   database.require_disk(verdict.substr(0, 200));
   database.refuse(fmt::format("it is damaged ({}); use another copy", verdict.substr(0, 200)));
+}
+
+std::vector<std::string> lacks_of(std::int64_t format) {
+  std::vector<std::string> lacks;
+  if (format < 2) {
+    lacks.emplace_back("the sum of votes (the weight of the distance is taken)");
+    lacks.emplace_back("map.max_weight (weights had no limit)");
+  }
+  return lacks;
 }
 
 }  // namespace panoptic

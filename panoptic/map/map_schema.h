@@ -5,19 +5,24 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "panoptic/map/sqlite.h"
 
 namespace panoptic {
 
 inline constexpr std::int64_t kMapApplicationId = 0x50464D50;  // "PFMP" at byte 68 of the file
-inline constexpr std::int64_t kMapFormat = 1;                  // user_version; rises when older programs could not read the file
+inline constexpr std::int64_t kMapFormat = 2;                  // user_version; rises when older programs could not read the file
 
 // Both into an empty database, the first one before the transaction that the second one is in.
 void set_page_size(Database& database);
 void create_map_tables(Database& database);
 
-// Throws Error unless the file is a sound map of a known format, with exactly the tables of that format.
-void require_map(Database& database);
+// The format of the file. Throws Error unless it is a sound map of a known one, with exactly the tables of that format.
+std::int64_t require_map(Database& database);
+
+// What files of an older format do not tell, and what is taken instead; empty for kMapFormat. One entry a thing.
+std::vector<std::string> lacks_of(std::int64_t format);
 
 }  // namespace panoptic

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <numeric>
 
 #include "panoptic/base/error.h"
@@ -46,7 +47,9 @@ std::unique_ptr<BlockPager> pager_for(const MapOptions& options) {
 Fields grid_fields(MapOptions& o) {
   return {{"voxel_size_m", &o.voxel_size_m, "edge of a voxel in metres", in_range(0.001, 1)},
           {"truncation_voxels", &o.truncation_voxels, "half width of the updated band around the surface, in voxels",
-           in_range(1, 32)}};
+           in_range(1, 32)},
+          {"max_weight", &o.max_weight, "weight from which on old frames fade, of distance and votes; 0: they never do",
+           in_range(0, 1e9)}};
 }
 
 Fields fields(MapOptions& o) {
@@ -61,6 +64,7 @@ Fields fields(MapOptions& o) {
 VoxelMap::VoxelMap(const MapOptions& options)
     : voxel_size_m_(options.voxel_size_m),
       truncation_m_(options.truncation_voxels * options.voxel_size_m),
+      max_weight_(options.max_weight > 0 ? options.max_weight : std::numeric_limits<float>::infinity()),
       pager_(pager_for(options)),
       table_keys_(kInitialTable, 0),
       table_slots_(kInitialTable, kNoSlot) {}

@@ -55,6 +55,13 @@ void require_resumable(const std::filesystem::path& path, const SavedMap& saved,
   if (!note_or_empty(saved, kMergedNote).empty()) {
     throw Error(fmt::format("{} was merged from two maps: there is no run to go on with; choose another file", path.string()));
   }
+  const std::string older = saved.format != kMapFormat ? std::to_string(saved.format) : note_or_empty(saved, kFromFormatNote);
+  if (!older.empty()) {
+    throw Error(
+        fmt::format("{} was made in format {}, which tells less than a run needs to go on (the format is {} now): map the "
+                    "recording anew, into another file",
+                    path.string(), older, kMapFormat));
+  }
   if (identity.online || !note_or_empty(saved, run_note::kOnline).empty()) {
     throw Error(fmt::format("{}: an online run cannot be resumed, for what it dropped depends on the moment; choose another file",
                             path.string()));

@@ -36,6 +36,8 @@ Options options_of(const SavedMap& saved);
 
 // In the texts of a merged map (session/map_merging.h).
 inline constexpr const char* kMergedNote = "merged";
+// In the texts of a map that was saved anew from a file of an older format: that one's number.
+inline constexpr const char* kFromFormatNote = "from_format";
 
 // Whether a map holds its recording to the end, finish() included. Else it is a checkpoint.
 bool is_complete(const SavedMap& saved);

@@ -61,6 +61,9 @@ MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesyste
   const MapWithFrames second = load_map_with_frames(b);
   require_comparable(first.saved.header, second.saved.header, a.string(), b.string());
   MergedFiles summary{.objects_a = first.saved.objects.count(), .objects_b = second.saved.objects.count()};
+  for (const std::string& note : {note_of_format(first.saved, a), note_of_format(second.saved, b)}) {
+    if (!note.empty()) summary.notes.push_back(note);
+  }
   const RunNotes notes_a = run_notes(first);
   const RunNotes notes_b = run_notes(second);
   const MapMerge merge = merge_maps(std::move(first), second, a.string(), b.string());

@@ -7,6 +7,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "panoptic/map/map_merge.h"
 
@@ -21,6 +23,7 @@ struct MergedFiles {
   std::size_t same = 0;   // objects that both maps have
   std::size_t parts = 0;  // objects that are parts of one in the other map
   std::size_t blocks = 0;
+  std::vector<std::string> notes;  // what a file of an older format lacks, a line each
 };
 
 // Merges (map/map_merge.h) and writes the result, whole or not at all. It is a finished map: info, mesh, query, eval, view,

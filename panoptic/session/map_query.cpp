@@ -108,7 +108,7 @@ std::optional<PointAnswer> MapQuery::at(const Vec3d& point_m) const {
   const auto i = static_cast<std::size_t>(voxel_offset(within[0], within[1], within[2]));
   if (block == nullptr || !(block->weight[i] > 0)) return std::nullopt;
   const auto id = static_cast<LabelSlot>(block->label[i]);
-  const float share = std::min(1.0F, block->label_weight[i] / block->weight[i]);
+  const float share = label_share(block->label_weight[i], block->vote_sum[i]);
   return PointAnswer{id, class_of(id), block->distance[i], block->weight[i], id == LabelSlot::kUnknown ? 0.0F : share};
 }
 

@@ -44,7 +44,7 @@ struct PointAnswer {
   ClassId class_id = ClassId::kUnknown;
   float distance_m = 0;   // to the nearest surface, positive in front of it, at most the truncation
   float weight = 0;       // of the observations
-  float label_share = 0;  // weight of the label / weight, 0 to 1: how sure it is
+  float label_share = 0;  // of all that was voted, 0 to 1: how sure it is
 };
 
 // Of a map at the time when the query is made: make a new one after the map has changed. What it was made of must outlive it.

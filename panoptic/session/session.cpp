@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/session/session.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "panoptic/base/error.h"
@@ -75,7 +76,7 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
     skip({frame.index, *reason});
     return reason;
   }
-  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+  if (objects_.wants_retirement()) retire_unused();
 
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
@@ -115,7 +116,7 @@ std::optional<std::string> Session::add_geometry(const Frame& frame) {
 
 std::optional<std::string> Session::add_labels(const Frame& frame, const Segmentation& segmentation) {
   if (std::optional<std::string> reason = why_refused(frame, segmentation)) return reason;
-  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+  if (objects_.wants_retirement()) retire_unused();
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (std::optional<std::string> reason = why_unfit(frame, registered)) return reason;
@@ -150,7 +151,7 @@ void Session::count_labels(const Segmentation& segmentation) {
   note_together();
   if (label_frames_ % maintain_every_ != 0) return;
   const Stopwatch maintaining;
-  maintenance_.run(map_, objects_, so_far());
+  maintenance_.run(map_, objects_, regularizer_.votes(), so_far());
   profile_.add("maintain", maintaining.seconds());
 }
 
@@ -166,13 +167,12 @@ void Session::note_together() {
 void Session::regularize() {
   if (!regularizes_) return;
   const Stopwatch stopwatch;
-  if (regularizer_.run(map_) > 0) objects_.retire_unused(ids_in_use(map_));
+  if (regularizer_.run(map_) > 0) retire_unused();
   profile_.add("regularize", stopwatch.seconds());
 }
 
 std::vector<std::vector<Slot>> Session::choose_submaps() {
   if (!regularizes_) return {};
-  regularizer_.forget_unused(map_);
   std::vector<std::vector<Slot>> submaps;
   for (const std::vector<Slot>& blocks : regularizer_.choose(map_)) {
     if (blocks.size() <= kMostBlocksAtOnce) {
@@ -185,11 +185,18 @@ std::vector<std::vector<Slot>> Session::choose_submaps() {
 }
 
 void Session::write_back(SubmapChanges changes) {
+  // False: the object is no more.
+  const auto is_there = [&](std::uint16_t& label) {
+    const auto id = static_cast<LabelSlot>(label);
+    if (!labels_.is_object(id)) return true;
+    label = number(objects_.survivor(id));
+    return objects_.find(objects_.survivor(id)) != nullptr;
+  };
   std::erase_if(changes.changes, [&](LabelChange& change) {
-    const auto id = static_cast<LabelSlot>(change.label.label);
-    if (!labels_.is_object(id)) return false;
-    change.label.label = number(objects_.survivor(id));
-    return objects_.find(objects_.survivor(id)) == nullptr;
+    CoreVoxel& before = change.before;
+    if (!is_there(before.held.label) || !is_there(before.voted.label) || !is_there(change.label.label)) return true;
+    if (change.label.label == before.voted.label) change.label.weight = std::min(before.voted.weight, before.vote_sum);
+    return change.label.label == before.held.label;
   });
   map_.begin_epoch();
   regularizer_.write_back(changes, map_);
@@ -197,10 +204,23 @@ void Session::write_back(SubmapChanges changes) {
 
 void Session::finish() {
   const Stopwatch maintaining;
-  maintenance_.finish(map_, objects_, so_far());
+  maintenance_.finish(map_, objects_, regularizer_.votes(), so_far());
   profile_.add("maintain", maintaining.seconds());
   regularize();
-  objects_.retire_unused(ids_in_use(map_));
+  forget_votes_without_voxels();
+}
+
+// An object whose last voxel was overruled lives on as long as frames voted for it: its surroundings may come to take its side.
+void Session::retire_unused() {
+  std::vector<bool> in_use = ids_in_use(map_);
+  regularizer_.votes().add_in_use(in_use);
+  objects_.retire_unused(in_use);
+}
+
+void Session::forget_votes_without_voxels() {
+  const std::vector<bool> in_use = ids_in_use(map_);
+  regularizer_.votes().forget_unused(in_use);
+  objects_.retire_unused(in_use);
 }
 
 const std::vector<std::shared_ptr<const MeshChunk>>& Session::surface() {

@@ -58,12 +58,14 @@ class Session {
   void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
 
   // Regularizes the labels of what changed since the last time (nothing if regularizer.enabled is false), and forgets objects
-  // that lost their last voxel.
+  // that no voxel holds and no frames' vote is for.
   void regularize();
+  // Forgets the votes for objects that no voxel holds, and those objects: for when no more frames come.
+  void forget_votes_without_voxels();
 
   // The same in steps, so that the long one can run beside the mapping: choose_submaps and gather read the map, solve reads only
   // its argument (and may be called while another thread uses the session), write_back changes the map: not where a frame did
-  // meanwhile, and never to an object that is no more.
+  // meanwhile, and what is about objects that were merged since is about what they are now, or dropped if they are no more.
   std::vector<std::vector<Slot>> choose_submaps();
   SubmapGraph gather(const std::vector<Slot>& blocks) const { return regularizer_.gather(map_, blocks); }
   SubmapChanges solve(const SubmapGraph& submap) const { return regularizer_.solve(submap); }
@@ -107,6 +109,7 @@ class Session {
   void count_frame(const Frame& frame);
   void count_labels(const Segmentation& segmentation);
   void note_together();
+  void retire_unused();
   SoFar so_far() const { return {up(), last_frame_, labelled_}; }
 
   LabelSet labels_;

@@ -168,6 +168,25 @@ TEST_F(Map, IsRegularizedInPlace) {
   EXPECT_EQ(hash_of_map(), once) << "it works from what the frames voted for, not from what it wrote itself";
 }
 
+TEST_F(Map, OfAnOlderFormatIsReadWithALineAboutWhatItLacksAndSavedAnewByRegularize) {
+  fs::copy_file(fs::path(PANOPTIC_SOURCE_DIR) / "tests/golden/format_1.panoptic", map_);
+  const auto told = [&](const ProgramResult& result) {
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, testing::AllOf(testing::StartsWith("note: "), HasSubstr("format 1, which lacks the sum of votes")));
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  };
+  told(run_program({"info", map_.string()}));
+  told(run_program({"query", map_.string()}));
+  told(run_program({"mesh", map_.string(), "-o", (map_.parent_path() / "mesh.ply").string()}));
+  told(run_program({"regularize", map_.string()}));
+  EXPECT_EQ(load_map(map_).format, kMapFormat);
+  EXPECT_EQ(load_frames(map_).size(), 12U);
+  EXPECT_EQ(run_program({"info", map_.string()}).err, "");
+  const ProgramResult resumed = run_with_map({"--resume"});
+  EXPECT_EQ(resumed.exit_code, 1);
+  expect_one_line(resumed.err, "was made in format 1");
+}
+
 TEST_F(Map, ThatIsNoMapIsSaidInOneLine) {
   write_file(map_, std::string(5000, 'x'));
   for (const char* command : {"info", "query", "regularize"}) {

@@ -41,7 +41,8 @@ std::vector<LabelSlot> patches(const RegisteredFrame& frame, std::int64_t index)
 }
 
 struct Fusion {
-  explicit Fusion(const std::string& method) : integrator({method, 4}, map, kFirstObject) {}
+  explicit Fusion(const std::string& method, float max_weight = 0)
+      : map({kVoxel_m, 4, max_weight}), integrator({method, 4}, map, kFirstObject) {}
 
   void add(const Frame& frame) {
     const RegisteredFrame& registered = registration.apply(frame, test::halves(frame.color_camera));
@@ -56,7 +57,7 @@ struct Fusion {
     integrator.integrate_labels(frame, registered, patches(registered, frame.index), map);
   }
 
-  VoxelMap map{{kVoxel_m, 4}};
+  VoxelMap map;
   Registration registration{{}};
   Integrator integrator;
 };
@@ -64,19 +65,68 @@ struct Fusion {
 class IntegrateLabels : public testing::TestWithParam<const char*> {};
 
 TEST_P(IntegrateLabels, AfterTheGeometryGiveTheMapOfBothAtOnceBitForBit) {
-  Fusion at_once(GetParam());
-  Fusion one_by_one(GetParam());
-  Fusion long_after(GetParam());
-  const std::vector<Frame> frames = orbit(6);
-  for (const Frame& frame : frames) {
-    at_once.add(frame);
-    one_by_one.add_geometry(frame);
-    one_by_one.add_labels(frame);
-    long_after.add_geometry(frame);
+  for (const float max_weight : {0.0F, 1.0F}) {  // the latter is reached after a few frames
+    Fusion at_once(GetParam(), max_weight);
+    Fusion one_by_one(GetParam(), max_weight);
+    Fusion long_after(GetParam(), max_weight);
+    const std::vector<Frame> frames = orbit(6);
+    for (const Frame& frame : frames) {
+      at_once.add(frame);
+      one_by_one.add_geometry(frame);
+      one_by_one.add_labels(frame);
+      long_after.add_geometry(frame);
+    }
+    for (const Frame& frame : frames) long_after.add_labels(frame);
+    EXPECT_EQ(one_by_one.map.hash(), at_once.map.hash());
+    EXPECT_EQ(long_after.map.hash(), at_once.map.hash());
   }
-  for (const Frame& frame : frames) long_after.add_labels(frame);
-  EXPECT_EQ(one_by_one.map.hash(), at_once.map.hash());
-  EXPECT_EQ(long_after.map.hash(), at_once.map.hash());
+}
+
+// With votes of weight 1 from every pixel, Eq. 18 may as well divide by W^D, as the paper does.
+TEST_P(IntegrateLabels, OfEveryPixelSumUpToTheWeightOfTheDistanceBitForBit) {
+  VoxelMap map({kVoxel_m, 4});
+  Integrator integrator({GetParam(), 1}, map, kFirstObject);
+  Registration registration({});
+  for (const Frame& frame : orbit(5)) {
+    const RegisteredFrame& registered = registration.apply(frame, {});
+    std::vector<LabelSlot> labels = patches(registered, frame.index);
+    for (LabelSlot& label : labels) label = label == LabelSlot::kNoVote ? LabelSlot{kFirstObject + 1} : label;
+    integrator.integrate(frame, registered, labels, map);
+  }
+  std::size_t contested = 0;
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    const VoxelBlock& block = map.block(slot);
+    ASSERT_EQ(block.vote_sum, block.weight);
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+      ASSERT_LE(block.label_weight[v], block.vote_sum[v]);
+      contested += block.label_weight[v] < 0.9F * block.vote_sum[v] ? 1 : 0;
+    }
+  }
+  EXPECT_GT(contested, 1000U);
+}
+
+TEST_P(IntegrateLabels, CountForTheSumWhateverTheyAreForAndNoWeightExceedsItsLimit) {
+  Fusion unlimited(GetParam());
+  Fusion limited(GetParam(), 0.5F);
+  for (const Frame& frame : orbit(6)) {
+    unlimited.add(frame);
+    limited.add(frame);
+  }
+  std::size_t reached = 0;
+  ASSERT_EQ(unlimited.map.block_count(), limited.map.block_count());
+  for (Slot slot = 0; slot < limited.map.block_count(); ++slot) {
+    const VoxelBlock& block = limited.map.block(slot);
+    const VoxelBlock& all = unlimited.map.block(slot);
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+      ASSERT_EQ(block.weight[v], std::min(0.5F, all.weight[v]));
+      ASSERT_EQ(block.vote_sum[v], std::min(0.5F, all.vote_sum[v]));
+      ASSERT_LE(block.label_weight[v], block.vote_sum[v]);
+      ASSERT_LE(all.label_weight[v], all.vote_sum[v]);
+      ASSERT_TRUE(std::isfinite(block.distance[v]));
+      reached += all.vote_sum[v] > 0.5F ? 1 : 0;
+    }
+  }
+  EXPECT_GT(reached, 1000U);
 }
 
 TEST_P(IntegrateLabels, TouchNeitherDistanceNorColourNorAnyWeightButTheirOwn) {

@@ -40,6 +40,7 @@ inline LabelSet labels() {
 struct World {
   VoxelMap map{MapOptions{}};
   ObjectRegistry objects{kFirst};
+  FrameVotes votes;
   ObjectMaintenance maintenance;
 
   explicit World(const MaintenanceOptions& options = {}, LabelSet label_set = labels())
@@ -51,8 +52,8 @@ struct World {
     return id;
   }
 
-  void run() { maintenance.run(map, objects, {kUp, kLastFrame, kFrames}); }
-  void finish(std::uint64_t frames = kFrames) { maintenance.finish(map, objects, {kUp, kLastFrame, frames}); }
+  void run() { maintenance.run(map, objects, votes, {kUp, kLastFrame, kFrames}); }
+  void finish(std::uint64_t frames = kFrames) { maintenance.finish(map, objects, votes, {kUp, kLastFrame, frames}); }
 
   // The surface label of a place (at the voxel that holds it).
   LabelSlot at(const Vec3d& p) const {

@@ -114,6 +114,23 @@ void expect_probabilities(const CrfGraph& graph) {
   }
 }
 
+// A third of the voxels says nothing: all labels are as probable there, whichever column they have.
+CrfGraph with_gaps(CrfGraph graph) {
+  for (std::size_t v = 0; v < graph.size(); v += 3) graph.labels[v] = CrfGraph::kNoLabel;
+  return graph;
+}
+
+TEST(MeanField, VoxelsOfWhichNothingIsKnownHaveTheMarginalsOfTheDefinition) {
+  for (const unsigned seed : {1U, 2U}) {
+    EXPECT_LT(difference(with_gaps(random_graph(13, 0.5F, 5, seed)), kPositionOnly).most, 1e-3);
+    EXPECT_LT(difference(with_gaps(random_graph(28, 0.05F, 19, seed)), kPositionOnly).most, 1e-3);
+    EXPECT_GE(difference(with_gaps(sheet_graph({.side = 14, .patch = 5}, seed)), kPaper).agree, 0.99);
+    const CrfGraph strip = with_gaps(strip_graph({}, seed));
+    ASSERT_TRUE(LabelColumns(strip.points, strip.labels, strip.label_count, 9).shared());
+    EXPECT_LT(difference(strip, kPositionOnly).most, 1e-3) << "labels that share columns";
+  }
+}
+
 TEST(MeanField, OddGraphsGiveProbabilitiesToo) {
   CrfGraph one_voxel{{{-5, 3, 1 << 24}}, {{0, 0, 0}}, {0}, {0.5F}, 2, 2};
   expect_probabilities(one_voxel);

@@ -74,7 +74,7 @@ TEST(ObjectMaintenance, DropsStrayPiecesAndFillsThemFromAroundThem) {
     const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
     if ((p - Vec3d(0.5, 0.3, 0)).norm() < 0.1) surface.relabel(i, chair);
   }
-  surface.write_labels(world.map);
+  surface.write_labels(world.map, world.votes);
   ASSERT_EQ(world.at({0.5, 0.3, 0}), chair);
   World unlevelled(MaintenanceOptions{.floor_height_m = 0});
   unlevelled.map = std::move(world.map);
@@ -151,7 +151,7 @@ TEST(ObjectMaintenance, LevelsTheFloor) {
     const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
     if (p.x() > 0 && p.x() < 0.3 && p.y() < 0 && p.z() < 0.05) surface.relabel(i, chair);  // its shadow
   }
-  surface.write_labels(world.map);
+  surface.write_labels(world.map, world.votes);
   ASSERT_EQ(world.at({0.2, -0.2, 0}), chair);
   world.finish();
   EXPECT_EQ(world.at({0.2, -0.2, 0}), stuff(kFloor));

@@ -144,7 +144,7 @@ TEST(ObjectMaintenance, GivesNewSurfaceOfACarvedThingToIt) {
     const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
     if (surface[i].label == box && p.x() > 0.12) surface.relabel(i, p.y() > 0.1 ? stuff(kTable) : LabelSlot::kUnknown);
   }
-  surface.write_labels(world.map);
+  surface.write_labels(world.map, world.votes);
   world.run();
   EXPECT_EQ(world.at({0.18, 0.18, 0.9}), box);
   EXPECT_EQ(world.at({0.18, 0.02, 0.9}), box);

@@ -116,11 +116,12 @@ TEST(Renaming, ChangesEveryVoxelAtOnceOnTheSurfaceOrNot) {
   VoxelMap map = strewn_map(0.05, 6, 4);
   const VoxelMap before = strewn_map(0.05, 6, 4);
   SurfaceVoxels surface(map);
+  FrameVotes votes;
   Renaming renaming;
   renaming.add(pid(1), pid(2));
   renaming.add(pid(2), pid(3));  // at once: what was 1 does not go on to 3
   renaming.add(pid(5), pid(65534));
-  renaming.apply(map, surface);
+  renaming.apply(map, votes, surface);
   const std::map<int, int> expected = {{0, 0}, {1, 2}, {2, 3}, {3, 3}, {4, 4}, {5, 65534}};
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
@@ -137,11 +138,12 @@ TEST(Renaming, MarksOnlyBlocksThatHoldARenamedLabel) {
   SurfaceVoxels surface(map);
   const std::uint64_t before = map.epoch();
   map.begin_epoch();
+  FrameVotes votes;
   Renaming renaming;
-  renaming.apply(map, surface);
+  renaming.apply(map, votes, surface);
   EXPECT_TRUE(map.changed_since(before).empty());
   renaming.add(pid(8), pid(9));
-  renaming.apply(map, surface);
+  renaming.apply(map, votes, surface);
   EXPECT_EQ(map.changed_since(before), std::vector<Slot>{1});
 }
 
@@ -151,9 +153,10 @@ TEST(Renaming, IsTheSameAtAnyThreadCount) {
     set_thread_count(threads);
     VoxelMap map = strewn_map(0.05, 60, 6);
     SurfaceVoxels surface(map);
+    FrameVotes votes;
     Renaming renaming;
     for (int n = 0; n < 50; ++n) renaming.add(pid(n), pid(n / 2));
-    renaming.apply(map, surface);
+    renaming.apply(map, votes, surface);
     hashes.push_back(map.hash());
   }
   set_thread_count(0);

@@ -57,7 +57,7 @@ inline void add_solids(VoxelMap& map, const std::vector<Solid>& solids, const Ve
           if (d < -double{map.truncation_m()}) continue;
           const auto i = static_cast<std::size_t>(v);
           block.distance[i] = std::min(static_cast<float>(d), map.truncation_m());
-          block.weight[i] = block.label_weight[i] = 1;
+          block.weight[i] = block.label_weight[i] = block.vote_sum[i] = 1;
           block.label[i] = number(nearest->label);
         }
       }
@@ -80,7 +80,7 @@ inline VoxelMap strewn_map(double share, int labels, std::uint64_t seed) {
       block.weight[v] = at_surface || chance() < 0.5 ? 1.0F : 0.0F;
       if (!at_surface && block.weight[v] <= 0) block.distance[v] = 0;  // near, but never observed
       block.label[v] = static_cast<std::uint16_t>(random() % static_cast<std::uint64_t>(labels));
-      block.label_weight[v] = 2;
+      block.label_weight[v] = block.vote_sum[v] = 2;
     }
   }
   return map;

@@ -142,11 +142,12 @@ TEST(SurfaceVoxels, ByLabelListsEveryVoxelOnce) {
 
 TEST(SurfaceVoxels, WritesOnlyLabelsThatChangedAndMarksTheirBlocks) {
   VoxelMap map = strewn_map(0.1, 5, 7);
+  FrameVotes votes;
   SurfaceVoxels surface(map);
   const std::uint64_t before = map.epoch();
   const std::uint64_t hash = map.hash();
   map.begin_epoch();
-  EXPECT_EQ(surface.write_labels(map), 0U);
+  EXPECT_EQ(surface.write_labels(map, votes), 0U);
   EXPECT_TRUE(map.changed_since(before).empty());
   std::set<Slot> touched;
   std::size_t changed = 0;
@@ -155,7 +156,7 @@ TEST(SurfaceVoxels, WritesOnlyLabelsThatChangedAndMarksTheirBlocks) {
     touched.insert(surface[i].slot);
   }
   EXPECT_EQ(map.hash(), hash) << "the snapshot changes, not the map";
-  EXPECT_EQ(surface.write_labels(map), changed);
+  EXPECT_EQ(surface.write_labels(map, votes), changed);
   EXPECT_EQ(map.changed_since(before), std::vector<Slot>(touched.begin(), touched.end()));
   const SurfaceVoxels again(map);
   for (std::uint32_t i = 0; i < again.size(); ++i) {
@@ -172,12 +173,13 @@ std::vector<Found> found_in(const SurfaceVoxels& surface) {
 
 TEST(SurfaceVoxels, AfterAnUpdateAreAsIfMadeAnew) {
   VoxelMap map = strewn_map(0.05, 5, 9);
+  FrameVotes votes;
   SurfaceVoxels surface(map);
   std::mt19937_64 random(3);
   for (int round = 0; round < 4; ++round) {
     map.begin_epoch();
     for (std::uint32_t i = 0; i < 50; ++i) surface.relabel(i * 7, pid(9 + round));
-    surface.write_labels(map);
+    surface.write_labels(map, votes);
     const Slot slot = round == 2 ? map.allocate({2, 1, 0}) : static_cast<Slot>(random() % map.block_count());
     for (int n = 0; n < 100; ++n) {
       const std::size_t v = random() % kBlockVoxels;
@@ -214,11 +216,12 @@ TEST(SurfaceVoxels, AreTheSameAtAnyThreadCount) {
 
 TEST(SurfaceVoxels, OfAnEmptyMapAreNone) {
   VoxelMap map{MapOptions{}};
+  FrameVotes votes;
   EXPECT_EQ(SurfaceVoxels(map).size(), 0U);
   EXPECT_TRUE(SurfaceVoxels(map).by_label().empty());
   map.allocate({0, 0, 0});
   EXPECT_EQ(SurfaceVoxels(map).size(), 0U) << "nothing was observed";
-  EXPECT_EQ(SurfaceVoxels(map).write_labels(map), 0U);
+  EXPECT_EQ(SurfaceVoxels(map).write_labels(map, votes), 0U);
 }
 
 }  // namespace

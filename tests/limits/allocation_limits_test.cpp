@@ -259,7 +259,7 @@ class MapLimits : public testing::Test {
     const LabelSet labels("one", {{ClassId{1}, "wall", false, {}}, {ClassId{2}, "chair", true, {}}});
     VoxelMap map{MapOptions{}};
     VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
-    block.weight[0] = block.label_weight[0] = 1;
+    block.weight[0] = block.label_weight[0] = block.vote_sum[0] = 1;
     ObjectRegistry objects(labels.first_thing());
     MapUpdate update = whole_map(map, objects);
     update.notes.states["bytes"] = Bytes(100, 7);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -23,8 +24,11 @@ std::unique_ptr<VoxelBlock> mapped_block(std::mt19937& random) {
     block->distance[v] = distance;
     block->weight[v] = static_cast<float>(1 + random() % 100000) * 0.01F;
     block->label[v] = static_cast<std::uint16_t>(v % 16 < 8 ? 3 : 44);
-    const float weights[] = {block->weight[v], 4 * block->weight[v], 0, 0.7F * block->weight[v]};
-    block->label_weight[v] = weights[random() % 4];
+    const float weight = block->weight[v];
+    const float sums[] = {weight, 4 * weight, 0, 1.7F * weight};
+    block->vote_sum[v] = sums[random() % 4];
+    const float weights[] = {weight, 4 * weight, 0, 0.7F * weight, block->vote_sum[v]};
+    block->label_weight[v] = std::min(block->vote_sum[v], weights[random() % 5]);
     block->red[v] = static_cast<std::uint16_t>(30000 + random() % 4000);
     block->green[v] = static_cast<std::uint16_t>(block->red[v] - 300 + random() % 60);
     block->blue[v] = static_cast<std::uint16_t>(random() % 50 == 0 ? 0 : block->green[v] + random() % 60);
@@ -54,7 +58,8 @@ TEST(BlockCodec, KeepsEveryBitOfBlocksThatNoMappingWouldLeave) {
       if (random() % 3 == 0) continue;
       block->distance[v] = kOdd[random() % std::size(kOdd)];
       block->weight[v] = std::abs(kOdd[random() % std::size(kOdd)]);
-      block->label_weight[v] = std::abs(kOdd[random() % std::size(kOdd)]);
+      block->vote_sum[v] = std::abs(kOdd[random() % std::size(kOdd)]);
+      block->label_weight[v] = std::min(block->vote_sum[v], std::abs(kOdd[random() % std::size(kOdd)]));
       block->label[v] = static_cast<std::uint16_t>(random());
       block->red[v] = static_cast<std::uint16_t>(random());
       block->green[v] = static_cast<std::uint16_t>(random());
@@ -63,7 +68,7 @@ TEST(BlockCodec, KeepsEveryBitOfBlocksThatNoMappingWouldLeave) {
     // Predictions that overflow would not be the same everywhere: the extremes stand alone.
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       if (std::abs(block->distance[v]) > 1e37F) block->distance[v] = v % 2 == 0 ? 1e37F : -1e37F;
-      if (block->weight[v] > 1e37F) block->weight[v] = 1e37F;
+      for (auto* plane : {&block->weight, &block->vote_sum, &block->label_weight}) (*plane)[v] = std::min((*plane)[v], 1e37F);
     }
     expect_round_trip(*block);
   }
@@ -78,12 +83,14 @@ TEST(BlockCodec, VoxelsThatHoldNothingCostNothing) {
   expect_round_trip({});
 }
 
+// What is wrong with a block that was encoded.
+std::string complaint(const VoxelBlock& block) {
+  auto decoded = std::make_unique<VoxelBlock>();
+  const char* wrong = BlockDecoder().decode(BlockEncoder().encode(block), *decoded);
+  return wrong == nullptr ? "" : wrong;
+}
+
 TEST(BlockCodec, RefusesADistanceThatIsNotANumberAndNegativeWeights) {
-  const auto complaint = [](const VoxelBlock& block) {
-    auto decoded = std::make_unique<VoxelBlock>();
-    const char* wrong = BlockDecoder().decode(BlockEncoder().encode(block), *decoded);
-    return std::string(wrong == nullptr ? "" : wrong);
-  };
   auto block = std::make_unique<VoxelBlock>();
   block->weight[7] = 1;
   block->distance[7] = std::numeric_limits<float>::quiet_NaN();
@@ -96,6 +103,36 @@ TEST(BlockCodec, RefusesADistanceThatIsNotANumberAndNegativeWeights) {
   block->weight[7] = 1;
   block->label_weight[7] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(complaint(*block), "a weight is negative or not a number");
+}
+
+TEST(BlockCodec, RefusesVotesThatCannotBe) {
+  auto block = std::make_unique<VoxelBlock>();
+  block->weight[7] = 1;
+  for (const float sum : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1.0F}) {
+    block->vote_sum[7] = sum;
+    EXPECT_NE(complaint(*block), "") << sum;
+  }
+  block->vote_sum[7] = 2;
+  block->label_weight[7] = 2;
+  EXPECT_EQ(complaint(*block), "");
+  block->label_weight[7] = 2.01F;
+  EXPECT_EQ(complaint(*block), "a label weighs more than all votes");
+}
+
+TEST(BlockCodec, VotesThatAllAgreedOrWereAllFromEveryPixelCostNothing) {
+  std::mt19937 random(6);
+  auto block = mapped_block(random);
+  block->vote_sum = block->label_weight = block->weight;
+  const std::size_t same = BlockEncoder().encode(*block).size();
+  for (std::size_t v = 0; v < kBlockVoxels; ++v) block->vote_sum[v] = block->label_weight[v] = 0.3F * block->weight[v];
+  const std::size_t agreed = BlockEncoder().encode(*block).size();
+  for (std::size_t v = 0; v < kBlockVoxels; ++v) block->label_weight[v] = 0.7F * block->vote_sum[v];
+  const std::size_t neither = BlockEncoder().encode(*block).size();
+  expect_round_trip(*block);
+  EXPECT_LT(agreed - same, neither - agreed + 100) << "one of two numbers";
+  block->vote_sum.fill(0);
+  block->label_weight.fill(0);
+  EXPECT_LT(same, BlockEncoder().encode(*block).size() + 40);
 }
 
 TEST(BlockCodec, RefusesWhatIsCutOffAndSurvivesWhatIsChanged) {

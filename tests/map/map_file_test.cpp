@@ -41,6 +41,7 @@ void fill(VoxelBlock& block, std::mt19937& random) {
     block.distance[v] = static_cast<float>(random() % 200) * 1e-3F - 0.1F;
     block.weight[v] = static_cast<float>(random() % 1000 + 1) * 0.01F;
     block.label_weight[v] = static_cast<float>(random() % 1000) * 0.01F;
+    block.vote_sum[v] = block.label_weight[v] + static_cast<float>(random() % 3);
     block.label[v] = static_cast<std::uint16_t>(random() % 7);  // classes and the objects 4 to 6
     block.red[v] = static_cast<std::uint16_t>(random());
     block.green[v] = static_cast<std::uint16_t>(random());
@@ -71,6 +72,7 @@ MapOptions coarse() {
   MapOptions options;
   options.voxel_size_m = 0.03F;
   options.truncation_voxels = 3;
+  options.max_weight = 70;
   return options;
 }
 
@@ -93,6 +95,7 @@ void expect_same(const VoxelMap& a, const VoxelMap& b) {
   EXPECT_EQ(a.hash(), b.hash());
   EXPECT_EQ(a.epoch(), b.epoch());
   EXPECT_EQ(a.truncation_m(), b.truncation_m());
+  EXPECT_EQ(a.max_weight(), b.max_weight());
   ASSERT_EQ(a.block_count(), b.block_count());
   for (Slot slot = 0; slot < a.block_count(); ++slot) {
     EXPECT_EQ(a.index_of(slot), b.index_of(slot));

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -48,7 +49,8 @@ constexpr double kTo = 0.6;
 // Things on a floor at z = 0, observed in [low, high); the n-th is object kFirst + n, seen in frames 10 n to 10 n + 9.
 MapWithFrames world(const std::vector<Thing>& things, const Vec3d& low = Vec3d::Constant(kFrom),
                     const Vec3d& high = Vec3d::Constant(kTo)) {
-  MapHeader header{{}, labels()};
+  MapHeader header;
+  header.labels = labels();
   MapWithFrames made{{header, VoxelMap(header.options), ObjectRegistry(kFirst), {}}, {}};
   std::vector<Solid> solids{solid_ground(Vec3d::UnitZ(), 0, pid(1))};
   for (const Thing& thing : things) {
@@ -66,7 +68,7 @@ MapWithFrames world(const std::vector<Thing>& things, const Vec3d& low = Vec3d::
     VoxelBlock& block = made.saved.map.block(slot);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       if (block.distance[v] < made.saved.map.truncation_m()) continue;  // integration leaves air alone
-      block.distance[v] = block.weight[v] = block.label_weight[v] = 0;
+      block.distance[v] = block.weight[v] = block.label_weight[v] = block.vote_sum[v] = 0;
       block.label[v] = 0;
     }
   }
@@ -85,6 +87,7 @@ void fill(VoxelBlock& block, std::mt19937& random) {
     block.distance[v] = static_cast<float>(random() % 200) * 1e-3F - 0.1F;
     block.weight[v] = static_cast<float>(random() % 1000 + 1) * 0.013F;
     block.label_weight[v] = static_cast<float>(random() % 8);
+    block.vote_sum[v] = block.label_weight[v] + static_cast<float>(random() % 4);
     block.label[v] = static_cast<std::uint16_t>(random() % 7);
     for (auto* channel : {&block.red, &block.green, &block.blue}) {
       (*channel)[v] = random() % 4 == 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(random());
@@ -92,16 +95,19 @@ void fill(VoxelBlock& block, std::mt19937& random) {
   }
 }
 
+constexpr float kNoLimit = std::numeric_limits<float>::infinity();
+
 struct Voxel {
   double distance = 0;
   double weight = 0;
   double red = 0;
   int label = 0;
   double label_weight = 0;
+  double votes = 0;
 };
 
 Voxel voxel_of(const VoxelBlock& b, std::size_t v) {
-  return {b.distance[v], b.weight[v], static_cast<double>(b.red[v]), b.label[v], b.label_weight[v]};
+  return {b.distance[v], b.weight[v], static_cast<double>(b.red[v]), b.label[v], b.label_weight[v], b.vote_sum[v]};
 }
 
 // As the header tells it.
@@ -115,6 +121,7 @@ Voxel naive(const Voxel& a, const Voxel& b) {
   }
   const bool agree = a.label == b.label;
   m.label_weight = agree ? a.label_weight + b.label_weight : std::abs(a.label_weight - b.label_weight);
+  m.votes = a.votes + b.votes;
   m.label = !agree && b.label_weight > a.label_weight ? b.label : a.label;
   return m;
 }
@@ -130,8 +137,8 @@ TEST(MapMerge, FusesVoxelsByTheirWeights) {
     fill(b, random);
     VoxelBlock both = a;
     VoxelBlock other_way = b;
-    merge_block(b, same, both);
-    merge_block(a, same, other_way);
+    merge_block(b, same, kNoLimit, both);
+    merge_block(a, same, kNoLimit, other_way);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       const Voxel expected = naive(voxel_of(a, v), voxel_of(b, v));
       ASSERT_EQ(both.distance[v], static_cast<float>(expected.distance));
@@ -139,6 +146,7 @@ TEST(MapMerge, FusesVoxelsByTheirWeights) {
       ASSERT_EQ(both.red[v], expected.red);
       ASSERT_EQ(both.label[v], expected.label);
       ASSERT_EQ(both.label_weight[v], static_cast<float>(expected.label_weight));
+      ASSERT_EQ(both.vote_sum[v], static_cast<float>(expected.votes));
     }
     EXPECT_EQ(both.distance, other_way.distance);
     EXPECT_EQ(both.weight, other_way.weight);
@@ -146,7 +154,53 @@ TEST(MapMerge, FusesVoxelsByTheirWeights) {
     EXPECT_EQ(both.green, other_way.green);
     EXPECT_EQ(both.blue, other_way.blue);
     EXPECT_EQ(both.label_weight, other_way.label_weight);
+    EXPECT_EQ(both.vote_sum, other_way.vote_sum);
   }
+}
+
+TEST(MapMerge, SumsStopAtTheLimitAndVotesKeepWhatTheySay) {
+  constexpr float kLimit = 10;
+  std::mt19937 random(6);
+  std::vector<std::uint16_t> same(kLabelSlots);
+  std::iota(same.begin(), same.end(), std::uint16_t{0});
+  VoxelBlock a;
+  VoxelBlock b;
+  fill(a, random);
+  fill(b, random);
+  VoxelBlock both = a;
+  merge_block(b, same, kLimit, both);
+  VoxelBlock unlimited = a;
+  merge_block(b, same, kNoLimit, unlimited);
+  int limited = 0;
+  for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+    ASSERT_EQ(both.weight[v], std::min(kLimit, unlimited.weight[v]));
+    ASSERT_EQ(both.vote_sum[v], std::min(kLimit, unlimited.vote_sum[v]));
+    ASSERT_EQ(both.distance[v], unlimited.distance[v]);
+    ASSERT_EQ(both.label[v], unlimited.label[v]);
+    ASSERT_LE(both.label_weight[v], both.vote_sum[v]);
+    if (both.vote_sum[v] == unlimited.vote_sum[v]) {
+      ASSERT_EQ(both.label_weight[v], unlimited.label_weight[v]);
+      continue;
+    }
+    ++limited;
+    ASSERT_NEAR(both.label_weight[v] / both.vote_sum[v], unlimited.label_weight[v] / unlimited.vote_sum[v], 1e-6);
+  }
+  EXPECT_GT(limited, 100);
+}
+
+TEST(MapMerge, TheMergedMapHasTheLowerLimitOfBoth) {
+  const auto limit_of = [](float a, float b) {
+    MapWithFrames first = world({kLeft});
+    MapWithFrames second = world({kRight});
+    first.saved.header.options.max_weight = a;
+    second.saved.header.options.max_weight = b;
+    return merged(std::move(first), second).merged.saved.header.options.max_weight;
+  };
+  EXPECT_EQ(limit_of(100, 30), 30);
+  EXPECT_EQ(limit_of(30, 100), 30);
+  EXPECT_EQ(limit_of(0, 30), 30) << "0 is no limit";
+  EXPECT_EQ(limit_of(30, 0), 30);
+  EXPECT_EQ(limit_of(0, 0), 0);
 }
 
 TEST(MapMerge, WithItselfKeepsTheSurfaceAndTheObjectsAndAddsTheirEvidence) {

@@ -33,6 +33,7 @@ void fill(VoxelBlock& block, BlockIndex index) {
     block.distance[i] = static_cast<float>(random() % 1000) / 1000;
     block.weight[i] = static_cast<float>(random() % 100);
     block.label_weight[i] = static_cast<float>(random() % 100);
+    block.vote_sum[i] = block.label_weight[i] + static_cast<float>(i % 3);
     block.label[i] = static_cast<std::uint16_t>(random());
     block.red[i] = static_cast<std::uint16_t>(random());
     block.green[i] = static_cast<std::uint16_t>(random());
@@ -58,10 +59,11 @@ TEST(VoxelBlock, PlanesLieWhereTheHeaderDrawsThem) {
   EXPECT_EQ(offsetof(VoxelBlock, distance), 0U);
   EXPECT_EQ(offsetof(VoxelBlock, weight), 16384U);
   EXPECT_EQ(offsetof(VoxelBlock, label_weight), 32768U);
-  EXPECT_EQ(offsetof(VoxelBlock, label), 49152U);
-  EXPECT_EQ(offsetof(VoxelBlock, red), 57344U);
-  EXPECT_EQ(offsetof(VoxelBlock, green), 65536U);
-  EXPECT_EQ(offsetof(VoxelBlock, blue), 73728U);
+  EXPECT_EQ(offsetof(VoxelBlock, vote_sum), 49152U);
+  EXPECT_EQ(offsetof(VoxelBlock, label), 65536U);
+  EXPECT_EQ(offsetof(VoxelBlock, red), 73728U);
+  EXPECT_EQ(offsetof(VoxelBlock, green), 81920U);
+  EXPECT_EQ(offsetof(VoxelBlock, blue), 90112U);
 }
 
 TEST(VoxelMap, AgreesWithAnOrderedMapOnRandomIndices) {

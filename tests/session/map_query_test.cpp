@@ -24,7 +24,7 @@ SavedMap map_of_format_1() { return load_map(std::filesystem::path(PANOPTIC_SOUR
 TEST(MapFormat, OneStillLoads) {
   const std::filesystem::path path = std::filesystem::path(PANOPTIC_SOURCE_DIR) / "tests/golden/format_1.panoptic";
   const SavedMap saved = map_of_format_1();
-  EXPECT_EQ(fmt::format("{:016x}", saved.map.hash()), "1b866c81de8d3c0a");
+  EXPECT_EQ(fmt::format("{:016x}", saved.map.hash()), "3804add6b87c88aa");
   EXPECT_EQ(saved.map.block_count(), 18U);
   EXPECT_EQ(saved.header.labels.name(), "scannet20");
   EXPECT_TRUE(is_complete(saved));
@@ -35,6 +35,24 @@ TEST(MapFormat, OneStillLoads) {
   EXPECT_EQ(state.frames.used(), 12U);
   EXPECT_EQ(state.together.size(), 1496U / 8);
   EXPECT_EQ(state.regularizer.handled.size(), 18U);
+}
+
+TEST(MapFormat, OneHasNoSumOfVotesSoThatTheWeightIsTakenAndSaysSo) {
+  const SavedMap saved = map_of_format_1();
+  EXPECT_EQ(saved.format, 1);
+  EXPECT_THAT(note_of_format(saved, "home.panoptic"), testing::AllOf(HasSubstr("home.panoptic has format 1"),
+                                                                     HasSubstr("the sum of votes"), HasSubstr("map.max_weight")));
+  EXPECT_EQ(saved.header.options.max_weight, 0) << "there was no limit";
+  std::size_t voted = 0;
+  for (Slot slot = 0; slot < saved.map.block_count(); ++slot) {
+    const VoxelBlock& block = saved.map.block(slot);
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+      const bool any = block.label[v] != 0 || block.label_weight[v] > 0;
+      ASSERT_EQ(block.vote_sum[v], any ? std::max(block.weight[v], block.label_weight[v]) : 0.0F);
+      voted += any ? 1 : 0;
+    }
+  }
+  EXPECT_GT(voted, 1000U);
 }
 
 class Query : public testing::Test {

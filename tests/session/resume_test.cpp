@@ -132,6 +132,25 @@ TEST(Resume, GivesTheSameMapAndObjectsWhereverItWasInterrupted) {
   }
 }
 
+TEST(Resume, DoesNotGoOnFromAnOlderFormatNorFromAMapThatWasOneBefore) {
+  const auto path = fresh_folder() / "map.panoptic";
+  std::filesystem::copy_file(std::filesystem::path(PANOPTIC_SOURCE_DIR) / "tests/golden/format_1.panoptic", path);
+  const auto complaint = [&] {
+    Session session(identity().options, test::test_labels());
+    return error_of([&] { Checkpoints(settings(path), identity(), session); });
+  };
+  EXPECT_THAT(complaint(), HasSubstr("was made in format 1, which tells less than a run needs to go on"));
+  const SavedMap saved = load_map(path);
+  EXPECT_THAT(error_of([&] { MapFileWriter::open(path, MapLock(path), saved); }), HasSubstr("has format 1"));
+  MapUpdate update = whole_map(saved.map, saved.objects);
+  update.notes = saved.notes;
+  update.notes.texts[kFromFormatNote] = "1";
+  save_map(path, saved.header, update);
+  EXPECT_EQ(load_map(path).format, kMapFormat);
+  EXPECT_EQ(load_map(path).map.hash(), saved.map.hash());
+  EXPECT_THAT(complaint(), HasSubstr("was made in format 1"));
+}
+
 // A checkpoint that was written meanwhile, with the process gone before it could close the file: as SQLite leaves it, log and
 // all.
 TEST(Resume, GoesOnFromTheLastCheckpointOfAProcessThatIsGone) {
