@@ -220,8 +220,9 @@ void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merge
       merge_channel(from.red[v], into.red[v], weight, old_weight);
       merge_channel(from.green[v], into.green[v], weight, old_weight);
       merge_channel(from.blue[v], into.blue[v], weight, old_weight);
-      into.weight[v] = std::min(max_weight, static_cast<float>(old_weight + weight));
+      into.weight[v] = static_cast<float>(old_weight + weight);
     }
+    into.weight[v] = std::min(max_weight, into.weight[v]);
     merge_votes(from, merged_id[from.label[v]], v, max_weight, into);
   }
 }
