@@ -51,6 +51,7 @@ struct SubmapChanges {
   std::vector<Slot> blocks;
   std::uint64_t epoch = 0;  // as in SubmapGraph
   std::vector<LabelChange> changes;
+  PanopticId next_id = PanopticId::kUnknown;  // as in SubmapGraph
 };
 
 // What a regularizer remembers from run to run.
@@ -76,6 +77,9 @@ class Regularizer {
   std::size_t write_back(const SubmapChanges& changes, VoxelMap& map);
   // Before choose: forgets the votes for labels that no voxel holds any more.
   void forget_unused(const VoxelMap& map) { votes_.forget_unused(ids_in_use(map)); }
+
+  // By LabelSlot (kLabelSlots entries): those that its votes name, which must not be given to other objects.
+  std::vector<bool> named_slots() const;
 
   // To save it, and to go on from there with the same map.
   RegularizerState state() const { return {votes_.all(), handled_}; }

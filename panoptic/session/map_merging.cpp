@@ -61,7 +61,7 @@ MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesyste
   const MapWithFrames second = load_map_with_frames(b);
   require_comparable(first.saved.header, second.saved.header, a.string(), b.string());
   MergedFiles summary{.objects_a = first.saved.objects.count(), .objects_b = second.saved.objects.count()};
-  for (const auto& [map, path] : {std::pair(&first, a), std::pair(&std::as_const(second), b)}) {
+  for (const auto& [map, path] : {std::pair(&std::as_const(first), a), std::pair(&second, b)}) {
     if (std::string note = note_of_format(map->saved, path); !note.empty()) summary.notes.push_back(std::move(note));
   }
   const RunNotes notes_a = run_notes(first);

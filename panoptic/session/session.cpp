@@ -70,7 +70,7 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
     skip({frame.index, *reason});
     return reason;
   }
-  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+  if (objects_.wants_retirement()) retire_objects();
 
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
@@ -110,7 +110,7 @@ std::optional<std::string> Session::add_geometry(const Frame& frame) {
 
 std::optional<std::string> Session::add_labels(const Frame& frame, const Segmentation& segmentation) {
   if (std::optional<std::string> reason = why_refused(frame, segmentation)) return reason;
-  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+  if (objects_.wants_retirement()) retire_objects();
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (registered.readings == 0) return kNoReading;
@@ -150,18 +150,28 @@ void Session::count_labels(const Segmentation& segmentation) {
 }
 
 void Session::note_together() {
-  std::vector<LabelSlot> seen;
+  std::vector<PanopticId> seen;
   for (std::size_t s = 0; s < tracker_.segment_ids().size(); ++s) {
-    const LabelSlot id = tracker_.segment_ids()[s];
-    if (objects_.find(id) != nullptr && tracker_.segment_areas_px()[s] > 0) seen.push_back(id);
+    const Object* object = objects_.find(tracker_.segment_ids()[s]);
+    if (object != nullptr && tracker_.segment_areas_px()[s] > 0) seen.push_back(object->id);
   }
   maintenance_.saw_together(seen);
 }
 
+std::vector<PanopticId> Session::segment_ids() const {
+  std::vector<PanopticId> ids;
+  for (const LabelSlot slot : tracker_.segment_ids()) ids.push_back(objects_.id_of(slot));
+  return ids;
+}
+
+// What the votes of the regularizer name may come back into the map; covisibility names objects by their ids, and so does what
+// was gathered (now_called).
+void Session::retire_objects() { objects_.retire_unused(ids_in_use(map_), regularizer_.named_slots()); }
+
 void Session::regularize() {
   if (!regularizes_) return;
   const Stopwatch stopwatch;
-  if (regularizer_.run(map_) > 0) objects_.retire_unused(ids_in_use(map_));
+  if (regularizer_.run(map_) > 0) retire_objects();
   profile_.add("regularize", stopwatch.seconds());
 }
 
@@ -179,12 +189,31 @@ std::vector<std::vector<Slot>> Session::choose_submaps() {
   return submaps;
 }
 
+SubmapGraph Session::gather(const std::vector<Slot>& blocks) const {
+  SubmapGraph submap = regularizer_.gather(map_, blocks);
+  submap.next_id = objects_.next_id();
+  return submap;
+}
+
+// The label now of what a label named when `next_id` was the registry's. Nothing if the object is no more, or if its slot was
+// given anew since.
+std::optional<std::uint16_t> Session::now_called(std::uint16_t label, PanopticId next_id) const {
+  const auto slot = static_cast<LabelSlot>(label);
+  if (!labels_.is_object(slot)) return label;
+  const PanopticId id = objects_.named_by(slot);
+  const Object* object = objects_.find(objects_.survivor(id));
+  return object == nullptr || id >= next_id ? std::nullopt : std::optional(number(object->slot));
+}
+
 void Session::write_back(SubmapChanges changes) {
   std::erase_if(changes.changes, [&](LabelChange& change) {
-    const auto id = static_cast<LabelSlot>(change.label.label);
-    if (!labels_.is_object(id)) return false;
-    change.label.label = number(objects_.survivor(id));
-    return objects_.find(objects_.survivor(id)) == nullptr;
+    const auto held = now_called(change.before.held.label, changes.next_id);
+    const auto voted = now_called(change.before.voted.label, changes.next_id);
+    const auto label = now_called(change.label.label, changes.next_id);
+    if (held != change.before.held.label || !voted || !label) return true;
+    change.before.voted.label = *voted;
+    change.label.label = *label;
+    return false;
   });
   map_.begin_epoch();
   regularizer_.write_back(changes, map_);
@@ -195,19 +224,19 @@ void Session::finish() {
   maintenance_.finish(map_, objects_, so_far());
   profile_.add("maintain", maintaining.seconds());
   regularize();
-  objects_.retire_unused(ids_in_use(map_));
+  retire_objects();
 }
 
 const std::vector<std::shared_ptr<const MeshChunk>>& Session::surface() {
   const Stopwatch stopwatch;
-  mesher_.update(map_);
+  mesher_.update(map_, objects_);
   profile_.add("mesh", stopwatch.seconds());
   return mesher_.chunks();
 }
 
 Mesh Session::mesh() {
   const Stopwatch stopwatch;
-  mesher_.update(map_);
+  mesher_.update(map_, objects_);
   Mesh mesh = mesher_.assemble(map_, objects_, labels_);
   profile_.add("mesh", stopwatch.seconds());
   return mesh;
