@@ -203,7 +203,8 @@ void marching_cubes(benchmark::State& state) {
   std::size_t triangles = 0;
   for (auto _ : state) {
     triangles = 0;
-    for (Slot slot = 0; slot < w.map.block_count(); ++slot) triangles += extract_chunk(w.map, slot, 1e-4F).triangles.size();
+    for (Slot slot = 0; slot < w.map.block_count(); ++slot)
+      triangles += extract_chunk(w.map, w.objects, slot, 1e-4F).triangles.size();
   }
   state.counters["triangles"] = static_cast<double>(triangles);
 }

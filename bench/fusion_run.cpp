@@ -94,7 +94,7 @@ Session mapped(const BenchFrames& recording, const BenchSettings& settings, Stag
     times["fusion_cpu"].push_back((cpu_seconds() - cpu_before) * 1e3);
     clock.read(session.profile(), times);
     if ((i + 1) % static_cast<std::size_t>(settings.mesh_every) != 0) continue;
-    times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(session.map()); }));
+    times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(session.map(), session.objects()); }));
   }
   return session;
 }
@@ -103,7 +103,7 @@ void finish(Session& session, const BenchSettings& settings, StageTimes& times, 
   Mesh mesh;
   times["mesh_full"].push_back(timed_ms([&] {
     Mesher mesher(settings.options.mesher);
-    mesher.update(session.map());
+    mesher.update(session.map(), session.objects());
     mesh = mesher.assemble(session.map(), session.objects(), session.labels());
   }));
   if (!settings.mesh.empty()) write_ply(settings.mesh, mesh);

@@ -119,7 +119,7 @@ void mesh_seeds(Seeds& seeds, const Scratch& scratch) {
                              Vec3f::UnitZ(),
                              {1, 2, 3},
                              ClassId{2},
-                             LabelSlot{3}});
+                             PanopticId{3}});
   }
   mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
   write_ply(scratch.path() / "mesh.ply", mesh);

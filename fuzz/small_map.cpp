@@ -5,8 +5,6 @@
 #include <string>
 
 namespace panoptic::fuzz {
-namespace {
-
 ObjectRegistry small_registry() {
   ObjectRegistry objects(small_labels().first_thing());
   for (int i = 0; i < 3; ++i) {
@@ -19,6 +17,8 @@ ObjectRegistry small_registry() {
   objects.rule_out(static_cast<LabelSlot>(first), {ClassId{1}});
   return objects;
 }
+
+namespace {
 
 std::vector<FrameRecord> small_frames() {
   std::vector<FrameRecord> frames(2);

@@ -14,6 +14,7 @@ LabelSet small_labels();
 
 // A piece of level ground in two blocks.
 VoxelMap small_map();
+ObjectRegistry small_registry();  // of its objects
 
 void save_small_map(const std::filesystem::path& path);
 

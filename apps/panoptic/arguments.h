@@ -62,7 +62,7 @@ struct Arguments {
   std::string variant = "pq-scannet20";
   // explain
   std::string explained;  // folder of a run
-  std::uint16_t object_id = 0;
+  std::uint32_t object_id = 0;
   std::string png;
   // view, and run --view
   std::string viewed;  // folder of a run

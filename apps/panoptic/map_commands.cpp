@@ -247,7 +247,7 @@ int map_mesh(const Arguments& a) {
   set_thread_count(a.threads);
   const SavedMap saved = load_map_and_tell(a.map);
   Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map);
+  mesher.update(saved.map, saved.objects);
   const Mesh mesh = mesher.assemble(saved.map, saved.objects, saved.header.labels);
   if (glb) {
     write_glb(a.output, mesh, saved.header.labels, up_of(saved));

@@ -123,7 +123,7 @@ void draw_marker(Image<Rgb>& image, const View& view, const FoundObject& object,
 
 Mesh mesh_of(const SavedMap& saved) {
   Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map);
+  mesher.update(saved.map, saved.objects);
   return mesher.assemble(saved.map, saved.objects, saved.header.labels);
 }
 

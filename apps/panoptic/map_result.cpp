@@ -23,9 +23,9 @@ std::string note(const SavedMap& saved, const char* name) {
   return found == saved.notes.texts.end() ? "" : found->second;
 }
 
-double probability_of_class(const ObjectRegistry& objects, LabelSlot id) {
-  const ClassId class_id = objects.class_of(id);
-  for (const ClassProbability& p : objects.probabilities(id)) {
+double probability_of_class(const ObjectRegistry& objects, LabelSlot slot) {
+  const ClassId class_id = objects.class_of(slot);
+  for (const ClassProbability& p : objects.probabilities(slot)) {
     if (p.class_id == class_id) return p.probability;
   }
   return 0;
@@ -53,12 +53,12 @@ LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warn
   map.labels = saved.header.labels;
   map.voxel_size_m = saved.map.voxel_size_m();
   for (const Object& object : saved.objects.state().objects) {
-    if (object.id == LabelSlot::kUnknown) continue;
+    if (object.id == PanopticId::kUnknown) continue;
     const auto observations = static_cast<double>(object.observations);
-    map.confidence[object.id] = object_confidence(probability_of_class(saved.objects, object.id), observations);
+    map.confidence[object.id] = object_confidence(probability_of_class(saved.objects, object.slot), observations);
   }
   Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map);
+  mesher.update(saved.map, saved.objects);
   map.mesh = mesher.assemble(saved.map, saved.objects, saved.header.labels);
   if (!is_complete(saved)) {
     warnings.push_back(fmt::format("{}: a checkpoint; this is the map of the first frames of its recording", path));

@@ -204,6 +204,10 @@ void print_closing(const Run& run, const std::string& output) {
   if (run.summary.online) print_online(*run.summary.online);
   fmt::print("{} blocks, {:.0f} MB map, peak {:.0f} MB\n", session.map().block_count(),
              static_cast<double>(session.map().memory_bytes()) / 1e6, peak_rss_mb());
+  if (const std::uint64_t refused = session.objects().refused(); refused > 0) {
+    tell(fmt::format("{} times there was no place for a new object: a map holds {} at a time; map smaller parts\n", refused,
+                     number(LabelSlot::kNoVote) - session.labels().first_thing()));
+  }
   fmt::print("\nlook at   {0}/views/*.png, {0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output);
 }
 

@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little, "messages are copied f
 // As docs/viewer_protocol.md draws it.
 struct WireVertex {
   std::array<std::uint16_t, 3> position;
-  std::uint16_t panoptic_id;
+  std::uint16_t id;  // which of the chunk's ids
   std::array<std::int8_t, 3> normal;
   std::uint8_t confidence;
   std::array<std::uint8_t, 3> color;
@@ -34,8 +34,9 @@ struct WireHead {
   std::array<std::uint32_t, 2> version;  // low, high: a 64-bit number here would be padded
   std::uint32_t vertex_bytes;
   std::uint32_t index_bytes;
+  std::uint32_t id_count;
 };
-static_assert(sizeof(WireHead) == 36);
+static_assert(sizeof(WireHead) == 40);
 
 // The versions of the streams that EXT_meshopt_compression defines.
 const bool kVersionsAreSet = [] {
@@ -49,11 +50,23 @@ std::uint16_t steps_from(std::int32_t block, float position_m, double step_m) {
   return static_cast<std::uint16_t>(std::clamp(steps, 0.0, 65535.0));
 }
 
+// The ids in a chunk, ascending.
+std::vector<PanopticId> ids_of(const MeshChunk& chunk) {
+  std::vector<PanopticId> ids;
+  for (const ChunkVertex& v : chunk.vertices) {
+    if (ids.empty() || ids.back() != v.panoptic_id) ids.push_back(v.panoptic_id);
+  }
+  std::ranges::sort(ids);
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
+}
+
+// All but the id.
 WireVertex wire_vertex(const ChunkVertex& v, const Vec3f& normal, BlockIndex block, double step_m) {
   const auto byte = [](float n) { return static_cast<std::int8_t>(std::lround(std::clamp(n, -1.0F, 1.0F) * 127.0F)); };
   return {{steps_from(block.x, v.position.x(), step_m), steps_from(block.y, v.position.y(), step_m),
            steps_from(block.z, v.position.z(), step_m)},
-          number(v.panoptic_id),
+          0,
           {byte(normal.x()), byte(normal.y()), byte(normal.z())},
           v.confidence,
           {v.color.r, v.color.g, v.color.b},
@@ -76,9 +89,12 @@ std::string encode_chunk(const SnapshotSurface& surface, std::size_t chunk, floa
   const SnapshotChunk& own = surface.snapshot().chunks[chunk];
   const double step_m = double{block_size_m} / kStepsPerBlock;
   const std::vector<Vec3f> normals = surface.normals(chunk);
+  const std::vector<PanopticId> ids = ids_of(*own.surface);
   std::vector<WireVertex> vertices;
   for (std::size_t i = 0; i < normals.size(); ++i) {
-    vertices.push_back(wire_vertex(own.surface->vertices[i], normals[i], own.index, step_m));
+    const ChunkVertex& vertex = own.surface->vertices[i];
+    vertices.push_back(wire_vertex(vertex, normals[i], own.index, step_m));
+    vertices.back().id = static_cast<std::uint16_t>(std::ranges::lower_bound(ids, vertex.panoptic_id) - ids.begin());
   }
   std::vector<unsigned int> indices;
   for (const auto& t : own.surface->triangles) indices.insert(indices.end(), t.begin(), t.end());
@@ -94,6 +110,7 @@ std::string encode_chunk(const SnapshotSurface& surface, std::size_t chunk, floa
                                                          vertices.size(), sizeof(WireVertex));
     vertex_bytes.resize(meshopt_encodeVertexBufferBound(used, sizeof(WireVertex)));
     index_bytes.resize(meshopt_encodeIndexBufferBound(indices.size(), used));
+    head.id_count = static_cast<std::uint32_t>(ids.size());
     head.vertices = static_cast<std::uint32_t>(used);
     head.triangles = static_cast<std::uint32_t>(indices.size() / 3);
     head.vertex_bytes = static_cast<std::uint32_t>(
@@ -102,15 +119,16 @@ std::string encode_chunk(const SnapshotSurface& surface, std::size_t chunk, floa
         meshopt_encodeIndexBuffer(index_bytes.data(), index_bytes.size(), indices.data(), indices.size()));
   }
   std::string text;
-  text.reserve(sizeof(WireHead) + head.vertex_bytes + head.index_bytes + 8);
+  text.reserve(sizeof(WireHead) + head.vertex_bytes + head.index_bytes + 4 * ids.size() + 8);
   append_raw(text, head);
   append_padded(text, vertex_bytes, head.vertex_bytes);
   append_padded(text, index_bytes, head.index_bytes);
+  for (std::size_t i = 0; i < head.id_count; ++i) append_raw(text, number(ids[i]));
   return text;
 }
 
 std::string join_chunks(std::span<const std::shared_ptr<const std::string>> chunks) {
-  std::string text = "PFC1";
+  std::string text = "PFC2";
   append_raw(text, static_cast<std::uint32_t>(chunks.size()));
   for (const auto& chunk : chunks) text += *chunk;
   return text;

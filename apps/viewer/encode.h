@@ -24,7 +24,7 @@ inline constexpr int kStepsPerBlock = 32768;
 // One chunk of the message /api/chunks, its head included.
 std::string encode_chunk(const SnapshotSurface& surface, std::size_t chunk, float block_size_m);
 
-// The message: "PFC1", the number of chunks, the chunks.
+// The message: "PFC2", the number of chunks, the chunks.
 std::string join_chunks(std::span<const std::shared_ptr<const std::string>> chunks);
 
 // Keeps what was encoded, so that several browsers cost one encoding; at most one thread encodes at a time. Bounded: what was

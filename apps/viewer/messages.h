@@ -12,7 +12,7 @@
 
 namespace panoptic {
 
-inline constexpr int kViewerProtocol = 1;
+inline constexpr int kViewerProtocol = 2;
 inline constexpr std::size_t kMaxPathSent = 2000;
 
 std::string scene_message(const SnapshotScene& scene, const std::string& run);

@@ -11,14 +11,14 @@ namespace {
 
 constexpr int kJpegQuality = 80;
 
-std::vector<std::uint8_t> overlay_of(const Image<std::uint16_t>& ids, const LabelSet& labels) {
+std::vector<std::uint8_t> overlay_of(const Image<PanopticId>& ids, const LabelSet& labels) {
   Image<Rgb> color(ids.width(), ids.height());
   Image<std::uint8_t> alpha(ids.width(), ids.height());
-  LabelSlot last = LabelSlot::kUnknown;
+  PanopticId last = PanopticId::kUnknown;
   Rgb last_color;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const auto id = static_cast<LabelSlot>(ids[i]);
-    if (id == LabelSlot::kUnknown || id == LabelSlot::kNoVote) continue;
+    const PanopticId id = ids[i];
+    if (id == PanopticId::kUnknown) continue;
     if (id != last) last_color = color_of(id, labels);
     last = id;
     color[i] = last_color;
@@ -50,7 +50,7 @@ std::shared_ptr<const std::string> FramePictures::labelled_jpeg(const SnapshotFr
 }
 
 std::shared_ptr<const std::string> FramePictures::overlay_png(const SnapshotFrame& frame, const LabelSet& labels) {
-  return once(overlay_, frame.labelled_ids, [&](const Image<std::uint16_t>& ids) { return overlay_of(ids, labels); });
+  return once(overlay_, frame.labelled_ids, [&](const Image<PanopticId>& ids) { return overlay_of(ids, labels); });
 }
 
 void FramePictures::clear() {

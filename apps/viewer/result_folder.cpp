@@ -25,11 +25,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kMostIds = 65535;
+constexpr std::int64_t kMostClass = 65535;
+constexpr std::int64_t kMostId = std::numeric_limits<std::uint32_t>::max();
 constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
 constexpr double kFarthest_m = 1e6;
 constexpr double kLongest = 1e12;  // times and rates
+
+// One on every grid edge that the cells of a block have.
+constexpr std::size_t kMostVerticesOfBlock = std::size_t{3} * (kBlockSide + 1) * (kBlockSide + 1) * (kBlockSide + 1);
 
 std::uint64_t count_of(const JsonValue& value) { return static_cast<std::uint64_t>(value.integer(0, kMost)); }
 
@@ -50,7 +54,7 @@ LabelSet labels_in(const JsonValue& report, const std::string& file) {
   std::vector<LabelClass> classes;
   for (const JsonValue& entry : report.at("labels").elements()) {
     LabelClass label;
-    label.id = static_cast<ClassId>(entry.at("id").integer(0, kMostIds));
+    label.id = static_cast<ClassId>(entry.at("id").integer(0, kMostClass));
     label.name = entry.at("name").text();
     label.is_thing = entry.at("is_thing").boolean();
     label.color = color_in(entry.at("color"));
@@ -88,8 +92,8 @@ std::vector<SnapshotObject> objects_in(const JsonValue& file, const LabelSet& la
   std::vector<SnapshotObject> objects;
   for (const JsonValue& entry : file.at("objects").elements()) {
     SnapshotObject object;
-    object.id = static_cast<LabelSlot>(entry.at("id").integer(0, kMostIds));
-    object.class_id = static_cast<ClassId>(entry.at("class_id").integer(0, kMostIds));
+    object.id = static_cast<PanopticId>(entry.at("id").integer(0, kMostId));
+    object.class_id = static_cast<ClassId>(entry.at("class_id").integer(0, kMostClass));
     for (const auto& [name, p] : entry.at("probabilities").members()) {
       const LabelClass* label = labels.find(name);
       if (label == nullptr) p.wrong("of a class in report.json");
@@ -177,6 +181,9 @@ std::vector<SnapshotChunk> cut_into_chunks(const Mesh& mesh, double voxel_size_m
         corner = at->second;
       }
       chunk->triangles.push_back(corners);
+    }
+    if (chunk->vertices.size() > kMostVerticesOfBlock) {
+      throw Error(fmt::format("{} vertices in one block of 16 x 16 x 16 voxels are no surface", chunk->vertices.size()));
     }
     chunks.push_back({unpack(block), 1, std::move(chunk)});
   }

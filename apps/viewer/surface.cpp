@@ -96,7 +96,7 @@ std::vector<Vec3f> SnapshotSurface::normals(std::size_t chunk) const {
 }
 
 Mesh SnapshotSurface::assemble(const LabelSet& labels) const {
-  std::unordered_map<LabelSlot, ClassId> class_of;
+  std::unordered_map<PanopticId, ClassId> class_of;
   for (const SnapshotObject& object : snapshot_->objects) class_of[object.id] = object.class_id;
   Mesh mesh;
   VertexAtEdge border;

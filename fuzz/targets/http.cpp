@@ -27,14 +27,14 @@ constexpr std::string_view kToken = "s3cret-token";
 std::shared_ptr<const Snapshot> small_snapshot() {
   const VoxelMap map = small_map();
   Mesher mesher{MesherOptions{}};
-  mesher.update(map);
+  mesher.update(map, small_registry());
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->revision = 3;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     snapshot->chunks.push_back({map.index_of(slot), 1, mesher.chunks()[slot]});
   }
   SnapshotObject chair;
-  chair.id = static_cast<LabelSlot>(small_labels().first_thing());
+  chair.id = static_cast<PanopticId>(small_labels().first_thing());
   chair.class_id = ClassId{2};
   chair.probabilities = {{ClassId{2}, 0.5F}};
   snapshot->objects = {chair};

@@ -45,7 +45,7 @@ constexpr Cell kCells[] = {{"meta", "key", "key"},
                            {"blocks", "slot", "voxels"},
                            {"blocks", "slot", nullptr},
                            {"objects", "id", "id"},
-                           {"objects", "id", "merged_into"},
+                           {"objects", "id", "slot"},
                            {"objects", "id", "first_frame"},
                            {"objects", "id", "observations"},
                            {"objects", "id", "score_sum"},
@@ -55,6 +55,10 @@ constexpr Cell kCells[] = {{"meta", "key", "key"},
                            {"objects", "id", "best_views"},
                            {"objects", "id", "parts"},
                            {"objects", "id", nullptr},
+                           {"merged", "id", "id"},
+                           {"merged", "id", "merged_into"},
+                           {"left_slots", "slot", "slot"},
+                           {"left_slots", "slot", "id"},
                            {"frames", "position", "position"},
                            {"frames", "position", "time_s"},
                            {"frames", "position", "labelled"},
@@ -147,7 +151,7 @@ void save_and_load(const SavedMap& saved, std::vector<FrameRecord> frames, const
   save_map(copy, saved.header, update);
   const SavedMap again = load_map(copy);
   require(again.map.hash() == saved.map.hash(), "a map survives saving and loading");
-  require(again.objects.state().objects == saved.objects.state().objects, "objects survive saving and loading");
+  require(again.objects.state() == saved.objects.state(), "objects survive saving and loading");
 }
 
 }  // namespace

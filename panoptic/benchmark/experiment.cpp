@@ -50,13 +50,13 @@ struct Mapping {
   }
 };
 
-std::map<LabelSlot, double> confidences(const ObjectRegistry& objects, const Mesh& mesh) {
-  std::map<LabelSlot, double> result;
+std::map<PanopticId, double> confidences(const ObjectRegistry& objects, const Mesh& mesh) {
+  std::map<PanopticId, double> result;
   for (const MeshVertex& vertex : mesh.vertices) {
     const Object* object = objects.find(vertex.panoptic_id);
     if (object == nullptr || result.contains(vertex.panoptic_id)) continue;
     double probability = 0;
-    for (const ClassProbability& p : objects.probabilities(object->id)) {
+    for (const ClassProbability& p : objects.probabilities(object->slot)) {
       probability = std::max(probability, static_cast<double>(p.probability));
     }
     result[object->id] = object_confidence(probability, static_cast<double>(object->observations));

@@ -43,7 +43,8 @@ SubstituteSession::SubstituteSession(const Options& options, LabelSet labels, Su
 
 void SubstituteSession::add(const Frame& frame, const Segmentation& segmentation, const Image<std::uint16_t>& true_instance) {
   PANOPTIC_ASSERT(true_instance.same_size(frame.depth.width(), frame.depth.height()));
-  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_));
+  // No slot is given anew: votes_ may name any.
+  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_), std::vector<bool>(kLabelSlots, true));
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (registered.readings == 0) return;
   const std::vector<LabelSlot>* ids = nullptr;
@@ -86,13 +87,14 @@ LabelSlot SubstituteSession::object_of(std::uint16_t true_instance) {
 }
 
 Mesh SubstituteSession::mesh() {
-  mesher_.update(map_);
+  mesher_.update(map_, objects_);
   Mesh mesh = mesher_.assemble(map_, objects_, labels_);
   if (!substitutes_.storage) return mesh;
   for (MeshVertex& vertex : mesh.vertices) {
-    vertex.panoptic_id = votes_.winner(vertex.position).value_or(vertex.panoptic_id);
-    vertex.class_id = labels_.is_object(vertex.panoptic_id) ? objects_.class_of(vertex.panoptic_id)
-                                                            : static_cast<ClassId>(number(vertex.panoptic_id));
+    const std::optional<LabelSlot> winner = votes_.winner(vertex.position);
+    if (!winner) continue;
+    vertex.panoptic_id = objects_.id_of(*winner);
+    vertex.class_id = labels_.is_object(*winner) ? objects_.class_of(*winner) : static_cast<ClassId>(number(*winner));
   }
   return mesh;
 }

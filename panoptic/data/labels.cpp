@@ -125,14 +125,14 @@ LabelSet load_label_set(const std::string& name_or_path) {
   }
 }
 
-Rgb color_of(LabelSlot id, const LabelSet& labels) {
-  if (id == LabelSlot::kUnknown) return {70, 70, 70};
+Rgb color_of(PanopticId id, const LabelSet& labels) {
+  if (id == PanopticId::kUnknown) return {70, 70, 70};
   if (!labels.is_object(id)) {
     const LabelClass* stuff = labels.find(static_cast<ClassId>(number(id)));
     return stuff != nullptr ? stuff->color : Rgb{70, 70, 70};
   }
   constexpr double kGoldenRatio = 0.6180339887498949;  // successive hues land far apart
-  const int k = number(id) - labels.first_thing();
+  const std::uint32_t k = number(id) - labels.first_thing();
   const double hue = std::fmod(k * kGoldenRatio, 1.0);
   return from_hsv(hue, 0.55 + 0.15 * (k % 4), 0.95 - 0.12 * (k % 3));
 }

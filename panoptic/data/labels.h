@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What can be in the world: classes ("what") and panoptic ids ("which one").
+// What can be in the world: classes ("what") and panoptic ids ("which one"), and the slots by which voxels name them.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,14 @@ enum class ClassId : std::uint16_t { kUnknown = 0 };
 enum class LabelSlot : std::uint16_t { kUnknown = 0, kNoVote = 65535 };
 inline constexpr std::size_t kLabelSlots = 65536;  // the length of a table that is indexed by them
 
+// Which one in the map, as users see it. What was not told apart has its class number; objects have ids from
+// LabelSet::first_thing() on, which count up and are never given twice in the life of a map. Slots are given anew: only an
+// ObjectRegistry knows which object a slot is of.
+enum class PanopticId : std::uint32_t { kUnknown = 0 };
+
 constexpr std::uint16_t number(ClassId id) { return static_cast<std::uint16_t>(id); }
-constexpr std::uint16_t number(LabelSlot id) { return static_cast<std::uint16_t>(id); }
+constexpr std::uint16_t number(LabelSlot slot) { return static_cast<std::uint16_t>(slot); }
+constexpr std::uint32_t number(PanopticId id) { return static_cast<std::uint32_t>(id); }
 
 struct LabelClass {
   ClassId id = ClassId::kUnknown;
@@ -56,11 +62,14 @@ class LabelSet {
   bool is_support(ClassId id) const;
   std::string_view name_of(ClassId id) const;  // "unknown" if there is none
 
-  // The lowest panoptic id of an object: one above the highest class id.
+  // The lowest slot and the lowest panoptic id of an object: one above the highest class id.
   std::uint16_t first_thing() const { return first_thing_; }
-  bool is_object(LabelSlot id) const { return number(id) >= first_thing_; }
-  // The id of all that is of a class and was not told apart: stuff, and things without an instance. Such ids are class numbers.
+  bool is_object(LabelSlot slot) const { return number(slot) >= first_thing_; }
+  bool is_object(PanopticId id) const { return number(id) >= first_thing_; }
+  // The slot and the id of all that is of a class and was not told apart: stuff, and things without an instance. Both are the
+  // class number.
   static LabelSlot of_class(ClassId id) { return static_cast<LabelSlot>(number(id)); }
+  static PanopticId id_of_class(ClassId id) { return static_cast<PanopticId>(number(id)); }
 
  private:
   std::string name_;
@@ -73,6 +82,6 @@ class LabelSet {
 LabelSet load_label_set(const std::string& name_or_path);
 
 // A colour for an object id: far apart for neighbouring ids, the same in every run.
-Rgb color_of(LabelSlot id, const LabelSet& labels);
+Rgb color_of(PanopticId id, const LabelSet& labels);
 
 }  // namespace panoptic

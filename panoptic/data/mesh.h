@@ -18,7 +18,7 @@ struct MeshVertex {
   Vec3f normal = Vec3f::Zero();    // unit length, out of the surface towards free space
   Rgb color;
   ClassId class_id = ClassId::kUnknown;
-  LabelSlot panoptic_id = LabelSlot::kUnknown;
+  PanopticId panoptic_id = PanopticId::kUnknown;
 };
 
 // Vertices are shared by the triangles around them. Triangles run counter-clockwise seen from free space.

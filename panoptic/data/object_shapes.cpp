@@ -213,7 +213,7 @@ ClassId most_frequent_class(const Mesh& mesh, const Part& part) {
   return std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
 }
 
-ObjectShape shape_of(const Mesh& mesh, LabelSlot id, const Part& part) {
+ObjectShape shape_of(const Mesh& mesh, PanopticId id, const Part& part) {
   ObjectShape shape{.id = id, .class_id = most_frequent_class(mesh, part), .vertices = part.vertices.size()};
   Vec3d mean = Vec3d::Zero();
   for (const std::uint32_t v : part.vertices) mean += mesh.vertices[v].position.cast<double>();
@@ -244,16 +244,16 @@ ObjectShape shape_of(const Mesh& mesh, LabelSlot id, const Part& part) {
 }  // namespace
 
 std::vector<ObjectShape> object_shapes(const Mesh& mesh) {
-  std::map<LabelSlot, Part> parts;
+  std::map<PanopticId, Part> parts;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) parts[mesh.vertices[v].panoptic_id].vertices.push_back(v);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
-    const std::array<LabelSlot, 3> ids = {mesh.vertices[a].panoptic_id, mesh.vertices[b].panoptic_id,
-                                          mesh.vertices[c].panoptic_id};
+    const std::array<PanopticId, 3> ids = {mesh.vertices[a].panoptic_id, mesh.vertices[b].panoptic_id,
+                                           mesh.vertices[c].panoptic_id};
     parts[ids[speaker(ids[0], ids[1], ids[2])]].triangles.push_back(t);
   }
-  parts.erase(LabelSlot::kUnknown);
-  std::vector<std::pair<LabelSlot, const Part*>> listed;
+  parts.erase(PanopticId::kUnknown);
+  std::vector<std::pair<PanopticId, const Part*>> listed;
   for (const auto& [id, part] : parts) listed.emplace_back(id, &part);
   std::vector<ObjectShape> shapes(listed.size());
   parallel_for(listed.size(), [&](std::size_t i) { shapes[i] = shape_of(mesh, listed[i].first, *listed[i].second); });

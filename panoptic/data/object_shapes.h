@@ -21,7 +21,7 @@ struct OrientedBox {
 };
 
 struct ObjectShape {
-  LabelSlot id = LabelSlot::kUnknown;
+  PanopticId id = PanopticId::kUnknown;
   ClassId class_id = ClassId::kUnknown;  // of most of its vertices
   std::size_t vertices = 0;
   Vec3d min_m = Vec3d::Zero();  // the axis-aligned box of its vertices

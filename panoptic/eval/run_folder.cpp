@@ -39,11 +39,15 @@ double number(const Json& json, const char* key, const std::string& where) {
   return value.get<double>();
 }
 
-std::uint16_t id(const Json& json, const char* key, const std::string& where) {
+template <typename Id>
+Id id(const Json& json, const char* key, const std::string& where) {
   const double value = number(json, key, where);
-  const bool fits = value >= 0 && value <= std::numeric_limits<std::uint16_t>::max() && value == std::floor(value);
-  if (!fits) throw Error(fmt::format("{}: '{}' is {}; expected a whole number from 0 to 65535", where, key, value));
-  return static_cast<std::uint16_t>(value);
+  const bool fits = value >= 0 && value <= std::numeric_limits<Id>::max() && value == std::floor(value);
+  if (!fits) {
+    throw Error(
+        fmt::format("{}: '{}' is {}; expected a whole number from 0 to {}", where, key, value, std::numeric_limits<Id>::max()));
+  }
+  return static_cast<Id>(value);
 }
 
 LabelSet read_labels(const Json& report, const std::string& where) {
@@ -51,7 +55,7 @@ LabelSet read_labels(const Json& report, const std::string& where) {
   for (const Json& entry : list(report, "labels", where)) {
     const Json& is_thing = member(entry, "is_thing", where);
     if (!is_thing.is_boolean()) throw Error(fmt::format("{}: 'is_thing' is neither true nor false", where));
-    classes.push_back({ClassId{id(entry, "id", where)}, text(entry, "name", where), is_thing.get<bool>(), {}});
+    classes.push_back({ClassId{id<std::uint16_t>(entry, "id", where)}, text(entry, "name", where), is_thing.get<bool>(), {}});
   }
   try {
     return {text(report, "label_set", where), std::move(classes)};
@@ -69,8 +73,8 @@ double read_voxel_size_m(const Json& report, const std::string& where) {
 
 }  // namespace
 
-std::map<LabelSlot, double> object_confidences(const Json& objects, const std::string& source) {
-  std::map<LabelSlot, double> confidences;
+std::map<PanopticId, double> object_confidences(const Json& objects, const std::string& source) {
+  std::map<PanopticId, double> confidences;
   for (const Json& object : list(objects, "objects", source)) {
     const Json& probabilities = member(object, "probabilities", source);
     const std::string class_name = text(object, "class", source);
@@ -80,7 +84,7 @@ std::map<LabelSlot, double> object_confidences(const Json& objects, const std::s
     if (!(probability >= 0 && probability <= 1) || !(observations >= 0)) {
       throw Error(fmt::format("{}: an object with probability {} and {} observations", source, probability, observations));
     }
-    confidences[LabelSlot{id(object, "id", source)}] = object_confidence(probability, observations);
+    confidences[PanopticId{id<std::uint32_t>(object, "id", source)}] = object_confidence(probability, observations);
   }
   return confidences;
 }

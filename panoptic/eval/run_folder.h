@@ -16,7 +16,7 @@ namespace panoptic {
 
 // object_confidence of every object in an objects.json (or what objects_json of session/outputs.h gives). Throws Error,
 // beginning with `source`, if it is not as documented.
-std::map<LabelSlot, double> object_confidences(const Json& objects, const std::string& source);
+std::map<PanopticId, double> object_confidences(const Json& objects, const std::string& source);
 
 // mesh.ply, objects.json and report.json of a run's folder. Throws Error naming the file; `warnings`, if given, hears of an
 // incomplete run and of classes that NYU40 does not have.

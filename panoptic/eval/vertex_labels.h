@@ -22,7 +22,7 @@ constexpr double kReach_voxels = 2;  // vertices of the truth farther from the m
 struct LabelledMap {
   Mesh mesh;
   LabelSet labels;
-  std::map<LabelSlot, double> confidence;  // of the objects; 1 where it is missing
+  std::map<PanopticId, double> confidence;  // of the objects; 1 where it is missing
   double voxel_size_m = 0;
 };
 

@@ -62,7 +62,8 @@ CornerBits corner_bits(const Neighbourhood& blocks, float min_weight) {
 // Grows one chunk; remembers which grid edges already have their vertex.
 class ChunkBuilder {
  public:
-  ChunkBuilder(const VoxelMap& map, Slot slot) : blocks_(map, map.index_of(slot)), voxel_size_m_(map.voxel_size_m()) {
+  ChunkBuilder(const VoxelMap& map, const ObjectRegistry& objects, Slot slot)
+      : blocks_(map, map.index_of(slot)), objects_(objects), voxel_size_m_(map.voxel_size_m()) {
     const BlockIndex index = map.index_of(slot);
     origin_ = Vec3d(index.x, index.y, index.z) * kBlockSide;
     vertex_of_edge_.fill(kNoVertex);
@@ -114,7 +115,7 @@ class ChunkBuilder {
     v.color = {mixed_channel(a.red[i], b.red[j], along), mixed_channel(a.green[i], b.green[j], along),
                mixed_channel(a.blue[i], b.blue[j], along)};
     const bool lower_is_nearer = along < 0.5F;
-    v.panoptic_id = static_cast<LabelSlot>(lower_is_nearer ? a.label[i] : b.label[j]);
+    v.panoptic_id = objects_.id_of(static_cast<LabelSlot>(lower_is_nearer ? a.label[i] : b.label[j]));
     v.confidence = lower_is_nearer ? confidence(a, i) : confidence(b, j);
     v.corner_x = static_cast<std::uint8_t>(lower[0]);
     v.corner_y = static_cast<std::uint8_t>(lower[1]);
@@ -136,6 +137,7 @@ class ChunkBuilder {
   }
 
   Neighbourhood blocks_;
+  const ObjectRegistry& objects_;
   Vec3d origin_;  // voxels
   float voxel_size_m_;
   MeshChunk chunk_;
@@ -153,8 +155,8 @@ unsigned cell_pattern(const CornerBits& bits, std::size_t row, int x) {
 
 }  // namespace
 
-MeshChunk extract_chunk(const VoxelMap& map, Slot slot, float min_weight) {
-  ChunkBuilder builder(map, slot);
+MeshChunk extract_chunk(const VoxelMap& map, const ObjectRegistry& objects, Slot slot, float min_weight) {
+  ChunkBuilder builder(map, objects, slot);
   const CornerBits bits = corner_bits(builder.blocks(), min_weight);
   for (int z = 0; z < kBlockSide; ++z) {
     for (int y = 0; y < kBlockSide; ++y) {

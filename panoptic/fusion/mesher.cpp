@@ -44,9 +44,26 @@ EdgeKey edge_key(BlockIndex block, const ChunkVertex& v) {
   return {pack(block), voxel * 3 + v.axis};
 }
 
-ClassId class_of(LabelSlot id, const ObjectRegistry& objects, const LabelSet& labels) {
-  return labels.is_object(id) ? objects.class_of(id) : static_cast<ClassId>(number(id));
-}
+// Neighbours mostly bear the same id.
+class ClassOfId {
+ public:
+  ClassOfId(const ObjectRegistry& objects, const LabelSet& labels) : objects_(objects), labels_(labels) {}
+
+  ClassId operator()(PanopticId id) {
+    if (id == last_) return class_;
+    last_ = id;
+    const Object* object = objects_.find(id);
+    class_ = labels_.is_object(id) ? ClassId::kUnknown : static_cast<ClassId>(number(id));
+    if (object != nullptr) class_ = objects_.class_of(object->slot);
+    return class_;
+  }
+
+ private:
+  const ObjectRegistry& objects_;
+  const LabelSet& labels_;
+  PanopticId last_ = PanopticId::kUnknown;
+  ClassId class_ = ClassId::kUnknown;
+};
 
 }  // namespace
 
@@ -55,7 +72,7 @@ Fields fields(MesherOptions& o) {
       {"min_weight", &o.min_weight, "voxels observed with less weight than this are left out of the mesh", in_range(0, 1000)}};
 }
 
-std::size_t Mesher::update(const VoxelMap& map) {
+std::size_t Mesher::update(const VoxelMap& map, const ObjectRegistry& objects) {
   std::vector<Slot> slots;
   for (const Slot slot : map.changed_since(seen_epoch_)) add_with_lower_neighbours(map, map.index_of(slot), slots);
   std::sort(slots.begin(), slots.end());
@@ -63,7 +80,7 @@ std::size_t Mesher::update(const VoxelMap& map) {
   if (chunks_.size() < map.block_count()) chunks_.resize(map.block_count(), std::make_shared<const MeshChunk>());
   parallel_for(slots.size(), [&](std::size_t i) {
     std::shared_ptr<const MeshChunk>& chunk = chunks_[slots[i]];
-    MeshChunk made = extract_chunk(map, slots[i], options_.min_weight);
+    MeshChunk made = extract_chunk(map, objects, slots[i], options_.min_weight);
     if (!made.triangles.empty() || !chunk->triangles.empty()) chunk = std::make_shared<const MeshChunk>(std::move(made));
   });
   seen_epoch_ = map.epoch();
@@ -82,6 +99,7 @@ Mesh Mesher::assemble(const VoxelMap& map, const ObjectRegistry& objects, const 
   mesh.triangles.reserve(triangle_count);
   std::unordered_map<EdgeKey, std::uint32_t, EdgeHash> border_vertices;
   std::vector<std::uint32_t> global;
+  ClassOfId class_of(objects, labels);
   for (Slot slot = 0; slot < chunks_.size(); ++slot) {
     const MeshChunk& chunk = *chunks_[slot];
     global.resize(chunk.vertices.size());
@@ -93,7 +111,7 @@ Mesh Mesher::assemble(const VoxelMap& map, const ObjectRegistry& objects, const 
       if (next < mesh.vertices.size()) {
         mesh.vertices[next].normal += v.area_normal;
       } else {
-        mesh.vertices.push_back({v.position, v.area_normal, v.color, class_of(v.panoptic_id, objects, labels), v.panoptic_id});
+        mesh.vertices.push_back({v.position, v.area_normal, v.color, class_of(v.panoptic_id), v.panoptic_id});
       }
     }
     for (const auto& t : chunk.triangles) mesh.triangles.push_back({global[t[0]], global[t[1]], global[t[2]]});

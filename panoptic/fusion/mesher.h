@@ -24,10 +24,10 @@ Fields fields(MesherOptions& options);
 // A vertex of a chunk. It lies on the grid edge that starts at `corner` and runs along `axis`; corner coordinates are those of
 // voxels of the block, 16 = the first voxel of the next block. Equal edges are equal vertices, also across chunks.
 struct ChunkVertex {
-  Vec3f position;     // world, metres
-  Vec3f area_normal;  // sum of the normals of the chunk's triangles around it, weighted by area
+  Vec3f position;          // world, metres
+  Vec3f area_normal;       // sum of the normals of the chunk's triangles around it, weighted by area
+  PanopticId panoptic_id;  // of the voxel that is nearer, at the time when the chunk was made
   Rgb color;
-  LabelSlot panoptic_id;  // of the voxel that is nearer
   std::uint8_t corner_x, corner_y, corner_z, axis;
   std::uint8_t confidence;  // in the label: weight of the label / weight of the distance of that voxel, x 255, at most 255
 };
@@ -43,11 +43,12 @@ class Mesher {
   explicit Mesher(const MesherOptions& options) : options_(options) {}
 
   // Extracts anew the chunks of the blocks that changed since the last call and of the neighbours that look into them; blocks
-  // run in parallel. A chunk that was empty and still is stays the same one. Returns how many were looked at.
-  std::size_t update(const VoxelMap& map);
+  // run in parallel. A chunk that was empty and still is stays the same one. Returns how many were looked at. Ids are those of
+  // the objects now: a slot changes hands only where voxels change, so that older chunks are right too.
+  std::size_t update(const VoxelMap& map, const ObjectRegistry& objects);
 
   // All chunks as one mesh with shared vertices (none twice at block borders), unit normals, and classes as the objects have
-  // them now.
+  // them now. REQUIRES an update since the map changed.
   Mesh assemble(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels) const;
 
   // By slot, never null. A chunk is immutable: what changed is replaced, so whoever shares one may read it for ever, on any
@@ -61,6 +62,6 @@ class Mesher {
 };
 
 // The chunk of one block. Only cells whose eight corners were observed with min_weight are meshed.
-MeshChunk extract_chunk(const VoxelMap& map, Slot slot, float min_weight);
+MeshChunk extract_chunk(const VoxelMap& map, const ObjectRegistry& objects, Slot slot, float min_weight);
 
 }  // namespace panoptic

@@ -75,7 +75,7 @@ Fields fields(MaintenanceOptions& o) {
 ObjectMaintenance::ObjectMaintenance(const MaintenanceOptions& options, LabelSet labels)
     : options_(options), labels_(std::move(labels)) {}
 
-void ObjectMaintenance::saw_together(std::span<const LabelSlot> objects) {
+void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
   if (!options_.enabled) return;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) ++together_[std::minmax(objects[i], objects[j])];
@@ -129,10 +129,10 @@ void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, FrameVote
   pass.surface.write_labels(map, votes);
 }
 
-bool ObjectMaintenance::are_apart(const ObjectRegistry& objects, LabelSlot a, LabelSlot b) const {
-  const auto found = together_.find(std::minmax(a, b));
+bool ObjectMaintenance::are_apart(const Object& a, const Object& b) const {
+  const auto found = together_.find(std::minmax(a.id, b.id));
   if (found == together_.end()) return false;
-  const std::uint64_t seen = std::min(objects.find(a)->observations, objects.find(b)->observations);
+  const std::uint64_t seen = std::min(a.observations, b.observations);
   return static_cast<double>(found->second) > options_.together_share * static_cast<double>(seen);
 }
 
@@ -150,16 +150,16 @@ bool ObjectMaintenance::merge(Pass& pass) {
   for (const auto& [class_id, ids] : by_class) {
     for (const Contact& contact : contacts_between(ids, voxels, pass.surface, reach, options_.merge_share)) {
       if (taken.contains(contact.smaller) || taken.contains(contact.larger)) continue;
-      if (are_apart(pass.objects, contact.smaller, contact.larger)) continue;
+      if (are_apart(*pass.objects.find(contact.smaller), *pass.objects.find(contact.larger))) continue;
       taken.insert({contact.smaller, contact.larger});
       renaming.add(contact.smaller, contact.larger);
       pass.objects.merge(contact.smaller, contact.larger, pass.frame);
     }
   }
   if (taken.empty()) return false;
-  std::map<std::pair<LabelSlot, LabelSlot>, std::uint32_t> together;
+  SeenTogether together;
   for (const auto& [pair, count] : together_) {
-    const auto renamed = std::pair(renaming.of(pair.first), renaming.of(pair.second));
+    const auto renamed = std::pair(pass.objects.survivor(pair.first), pass.objects.survivor(pair.second));
     if (renamed.first != renamed.second) together[std::minmax(renamed.first, renamed.second)] += count;
   }
   together_ = std::move(together);
@@ -278,7 +278,7 @@ void ObjectMaintenance::level_floor(Pass& pass) const {
 bool ObjectMaintenance::is_faint(const Pass& pass, const Object& object, std::size_t voxels) const {
   if (object.observations == 0) return voxels < voxels_of(options_.min_thing_m2, pass.map);
   return object.observations < pass.min_observations || voxels < voxels_of(kSmallestPiece_m2, pass.map) ||
-         pass.objects.class_of(object.id) == ClassId::kUnknown;
+         pass.objects.class_of(object.slot) == ClassId::kUnknown;
 }
 
 void ObjectMaintenance::drop_faint(Pass& pass) const {

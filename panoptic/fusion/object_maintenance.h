@@ -50,7 +50,7 @@ struct SoFar {
 };
 
 // Frames with a mask of each of two objects; first < second.
-using SeenTogether = std::map<std::pair<LabelSlot, LabelSlot>, std::uint32_t>;
+using SeenTogether = std::map<std::pair<PanopticId, PanopticId>, std::uint32_t>;
 
 // Not thread-safe. The same calls give the same map, at any thread count.
 class ObjectMaintenance {
@@ -58,7 +58,7 @@ class ObjectMaintenance {
   ObjectMaintenance(const MaintenanceOptions& options, LabelSet labels);
 
   // Objects that were seen as separate masks in one frame are not one thing. Call it for every frame.
-  void saw_together(std::span<const LabelSlot> objects);
+  void saw_together(std::span<const PanopticId> objects);
 
   // Between frames: merges objects and carves things out of tables. Starts a new epoch and marks the blocks that it changes. What
   // it decides is decided for `votes` too.
@@ -96,7 +96,7 @@ class ObjectMaintenance {
   void name_unknown_regions(Pass& pass) const;
   void name_others(Pass& pass) const;
   bool is_faint(const Pass& pass, const Object& object, std::size_t voxels) const;
-  bool are_apart(const ObjectRegistry& objects, LabelSlot a, LabelSlot b) const;
+  bool are_apart(const Object& a, const Object& b) const;
 
   MaintenanceOptions options_;
   LabelSet labels_;

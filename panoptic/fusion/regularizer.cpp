@@ -148,7 +148,7 @@ SubmapChanges Regularizer::regularize(const VoxelMap& map, const std::vector<Slo
                                       Ranges ranges) const {
   const SubmapGraph submap = gather(map, blocks);
   if (blocks.size() == 1 || expected_bytes(submap.graph) <= kMostBytes) return solve(submap, scratch, ranges);
-  SubmapChanges all{{}, submap.epoch, {}};
+  SubmapChanges all{{}, submap.epoch, {}, submap.next_id};
   for (const std::vector<Slot>& part : divide_map(map, blocks, (blocks.size() + 1) / 2)) {
     append(all, regularize(map, part, scratch, ranges));
   }
@@ -161,7 +161,7 @@ SubmapChanges Regularizer::solve(const SubmapGraph& submap, Ranges ranges) const
 }
 
 SubmapChanges Regularizer::solve(const SubmapGraph& submap, MeanFieldScratch& scratch, Ranges ranges) const {
-  SubmapChanges result{submap.blocks, submap.epoch, {}};
+  SubmapChanges result{submap.blocks, submap.epoch, {}, submap.next_id};
   if (submap.core.empty()) return result;
   std::optional<MeanField> field;  // with one label there is nothing to find out
   if (submap.graph.label_count > 1) {
@@ -175,6 +175,14 @@ SubmapChanges Regularizer::solve(const SubmapGraph& submap, MeanFieldScratch& sc
     if (label.label != voxel.held.label) result.changes.push_back({voxel, label});
   }
   return result;
+}
+
+std::vector<bool> Regularizer::named_slots() const {
+  std::vector<bool> named(kLabelSlots, false);
+  for (const std::vector<OverruledVote>& votes : votes_.all()) {
+    for (const OverruledVote& vote : votes) named[vote.voted.label] = named[vote.written.label] = true;
+  }
+  return named;
 }
 
 std::size_t Regularizer::write_back(const SubmapChanges& changes, VoxelMap& map) {

@@ -51,6 +51,7 @@ struct SubmapChanges {
   std::vector<Slot> blocks;
   std::uint64_t epoch = 0;  // as in SubmapGraph
   std::vector<LabelChange> changes;
+  PanopticId next_id = PanopticId::kUnknown;  // as in SubmapGraph
 };
 
 // What a regularizer remembers from run to run.
@@ -77,6 +78,9 @@ class Regularizer {
   // What it remembers of frames: for whoever else changes labels.
   FrameVotes& votes() { return votes_; }
   const FrameVotes& votes() const { return votes_; }
+
+  // By LabelSlot (kLabelSlots entries): those that its votes name, which must not be given to other objects.
+  std::vector<bool> named_slots() const;
 
   // To save it, and to go on from there with the same map.
   RegularizerState state() const { return {votes_.all(), handled_}; }

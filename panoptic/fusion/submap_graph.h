@@ -36,7 +36,8 @@ struct SubmapGraph {
   std::uint64_t epoch = 0;      // the map's when it was copied
   std::vector<CoreVoxel> core;  // the halo has nodes in the graph, but is not here
   CrfGraph graph;
-  std::vector<std::uint16_t> ids;  // panoptic id by label of the graph
+  std::vector<std::uint16_t> ids;             // label slot by label of the graph
+  PanopticId next_id = PanopticId::kUnknown;  // the registry's when it was copied; for who takes slots for objects, nothing here
 };
 
 // Observed voxels of the blocks and of a halo around them, with what frames voted for. The labels are those that the graph's

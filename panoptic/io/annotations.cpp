@@ -10,6 +10,8 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "panoptic/io/draw_text.h"
@@ -38,7 +40,7 @@ struct Rectangle {
 
 // What of one label is to be seen.
 struct Visible {
-  std::uint16_t label = 0;
+  std::uint32_t label = 0;
   std::int64_t pixels = 0;
   double u_sum = 0;
   double v_sum = 0;
@@ -58,25 +60,24 @@ void for_each_covered(const Picture& picture, const Body& body) {
 
 // The labels in the picture, the largest first.
 std::vector<Visible> visible_labels(const Picture& picture) {
-  std::vector<Visible> all(std::size_t{std::numeric_limits<std::uint16_t>::max()} + 1);
-  for_each_covered(picture, [&](int u, int v, std::uint16_t label) {
+  std::unordered_map<std::uint32_t, Visible> all;
+  for_each_covered(picture, [&](int u, int v, std::uint32_t label) {
     Visible& visible = all[label];
+    visible.label = label;
     visible.pixels++;
     visible.u_sum += u;
     visible.v_sum += v;
   });
-  for_each_covered(picture, [&](int u, int v, std::uint16_t label) {
+  for_each_covered(picture, [&](int u, int v, std::uint32_t label) {
     Visible& visible = all[label];
     const auto count = static_cast<double>(visible.pixels);
     const double away = std::hypot(u - visible.u_sum / count, v - visible.v_sum / count);
     if (away < visible.nearest) visible.nearest = away, visible.u = u, visible.v = v;
   });
   std::vector<Visible> present;
-  for (std::size_t label = 0; label < all.size(); ++label) {
-    all[label].label = static_cast<std::uint16_t>(label);
-    if (all[label].pixels > 0) present.push_back(all[label]);
-  }
-  std::stable_sort(present.begin(), present.end(), [](const Visible& a, const Visible& b) { return a.pixels > b.pixels; });
+  for (const auto& [label, visible] : all) present.push_back(visible);
+  std::sort(present.begin(), present.end(),
+            [](const Visible& a, const Visible& b) { return std::pair(-a.pixels, a.label) < std::pair(-b.pixels, b.label); });
   return present;
 }
 
@@ -150,38 +151,38 @@ void draw_name(Image<Rgb>& image, const std::string& name, const Visible& visibl
   draw_text(image, name, area.left + kPad_px, area.top + kPad_px + size.height_px, {255, 255, 255}, kNameScale);
 }
 
-std::map<LabelSlot, ClassId> classes_of(const Mesh& mesh) {
-  std::vector<ClassId> of_id(std::size_t{std::numeric_limits<std::uint16_t>::max()} + 1, ClassId::kUnknown);
-  for (const MeshVertex& vertex : mesh.vertices) of_id[number(vertex.panoptic_id)] = vertex.class_id;
-  std::map<LabelSlot, ClassId> classes;
-  for (std::size_t id = 0; id < of_id.size(); ++id) {
-    if (of_id[id] != ClassId::kUnknown) classes[static_cast<LabelSlot>(id)] = of_id[id];
+std::map<PanopticId, ClassId> classes_of(const Mesh& mesh) {
+  std::map<PanopticId, ClassId> classes;
+  auto last = classes.end();  // neighbours mostly bear the same id
+  for (const MeshVertex& vertex : mesh.vertices) {
+    if (last == classes.end() || last->first != vertex.panoptic_id) last = classes.try_emplace(vertex.panoptic_id).first;
+    last->second = vertex.class_id;
   }
   return classes;
 }
 
 }  // namespace
 
-Rgb picture_color(LabelSlot id, const LabelSet& labels) {
-  return id == LabelSlot::kUnknown ? kUnknownColor : color_of(id, labels);
+Rgb picture_color(PanopticId id, const LabelSet& labels) {
+  return id == PanopticId::kUnknown ? kUnknownColor : color_of(id, labels);
 }
 
 void draw_class_legend(Picture& picture, const LabelSet& labels) {
   std::vector<LegendEntry> entries;
   for (const Visible& visible : visible_labels(picture)) {
     const auto class_id = static_cast<ClassId>(visible.label);
-    entries.push_back({std::string(labels.name_of(class_id)), picture_color(LabelSet::of_class(class_id), labels)});
+    entries.push_back({std::string(labels.name_of(class_id)), picture_color(LabelSet::id_of_class(class_id), labels)});
   }
   draw_legend(picture.color, entries);
 }
 
 void draw_object_names(Picture& picture, const Mesh& mesh, const LabelSet& labels) {
-  const std::map<LabelSlot, ClassId> classes = classes_of(mesh);
+  const std::map<PanopticId, ClassId> classes = classes_of(mesh);
   std::vector<LegendEntry> stuff;
   std::vector<Rectangle> taken;
   std::size_t objects = 0;
   for (const Visible& visible : visible_labels(picture)) {
-    const auto id = static_cast<LabelSlot>(visible.label);
+    const auto id = static_cast<PanopticId>(visible.label);
     if (!labels.is_object(id)) {
       stuff.push_back({std::string(labels.name_of(static_cast<ClassId>(visible.label))), picture_color(id, labels)});
       continue;

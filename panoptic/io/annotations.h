@@ -11,7 +11,7 @@
 namespace panoptic {
 
 // color_of, but unknown is a light grey that leaves the shape of the surface readable.
-Rgb picture_color(LabelSlot id, const LabelSet& labels);
+Rgb picture_color(PanopticId id, const LabelSet& labels);
 
 // Below a picture whose labels are class numbers: the classes in it, the largest first.
 void draw_class_legend(Picture& picture, const LabelSet& labels);

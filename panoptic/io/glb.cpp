@@ -46,8 +46,8 @@ bool is_usable(const Mesh& mesh, const Triangle& t) {
   return t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && finite(t[0]) && finite(t[1]) && finite(t[2]);
 }
 
-std::map<LabelSlot, Part> split_by_id(const Mesh& mesh) {
-  std::map<LabelSlot, Part> parts;
+std::map<PanopticId, Part> split_by_id(const Mesh& mesh) {
+  std::map<PanopticId, Part> parts;
   for (const Triangle& t : mesh.triangles) {
     if (!is_usable(mesh, t)) continue;
     const auto id = [&](std::size_t corner) { return mesh.vertices[t[corner]].panoptic_id; };
@@ -90,11 +90,17 @@ double linear(std::uint8_t srgb) {
   return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
 
-std::string node_name(LabelSlot id, ClassId class_id, const LabelSet& labels) {
+std::string node_name(PanopticId id, ClassId class_id, const LabelSet& labels) {
   std::string name(labels.name_of(class_id));
   std::replace(name.begin(), name.end(), ' ', '_');
-  const bool is_whole_class = id == LabelSlot::kUnknown || (LabelSet::of_class(class_id) == id && labels.is_stuff(class_id));
+  const bool is_whole_class = id == PanopticId::kUnknown || (LabelSet::id_of_class(class_id) == id && labels.is_stuff(class_id));
   return is_whole_class ? name : fmt::format("{}_{}", name, number(id));
+}
+
+// tinygltf's whole numbers have 31 bits.
+tinygltf::Value id_value(PanopticId id) {
+  const bool is_short = number(id) <= static_cast<std::uint32_t>(std::numeric_limits<int>::max());
+  return is_short ? tinygltf::Value(static_cast<int>(number(id))) : tinygltf::Value(static_cast<double>(number(id)));
 }
 
 // Builds the glTF model object by object.
@@ -102,7 +108,7 @@ class Scene {
  public:
   Scene(const Mesh& mesh, const LabelSet& labels) : mesh_(mesh), labels_(labels) {}
 
-  void add(LabelSlot id, const Part& part) {
+  void add(PanopticId id, const Part& part) {
     const ClassId class_id = class_of(id, part);
     const std::string name = node_name(id, class_id, labels_);
     tinygltf::Primitive primitive;
@@ -120,7 +126,7 @@ class Scene {
     node.mesh = static_cast<int>(model_.meshes.size()) - 1;
     node.extras = tinygltf::Value(tinygltf::Value::Object{{"class", tinygltf::Value(std::string(labels_.name_of(class_id)))},
                                                           {"class_id", tinygltf::Value(number(class_id))},
-                                                          {"panoptic_id", tinygltf::Value(number(id))}});
+                                                          {"panoptic_id", id_value(id)}});
     model_.nodes.push_back(node);
   }
 
@@ -139,7 +145,7 @@ class Scene {
   }
 
  private:
-  ClassId class_of(LabelSlot id, const Part& part) const {
+  ClassId class_of(PanopticId id, const Part& part) const {
     if (!labels_.is_object(id)) return static_cast<ClassId>(number(id));
     std::map<ClassId, std::size_t> votes;
     for (const std::uint32_t v : part.vertices) {

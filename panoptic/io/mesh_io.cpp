@@ -24,7 +24,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "PLY numbers are copied as they lie in memory");
 
-constexpr std::size_t kVertexBytes = 6 * sizeof(float) + 3 * sizeof(std::uint8_t) + 2 * sizeof(std::uint16_t);
+constexpr std::size_t kVertexBytes = 6 * sizeof(float) + 3 * sizeof(std::uint8_t) + sizeof(std::uint16_t) + sizeof(std::uint32_t);
+constexpr std::size_t kShortIdVertexBytes = kVertexBytes - sizeof(std::uint16_t);
 constexpr std::size_t kFaceBytes = sizeof(std::uint8_t) + 3 * sizeof(std::int32_t);
 constexpr std::uint8_t kCorners = 3;
 constexpr std::size_t kMaxHeaderBytes = 16U << 10;
@@ -33,10 +34,11 @@ constexpr std::size_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 
 constexpr std::array<std::string_view, 2> kOpening = {"ply", "format binary_little_endian 1.0"};
 constexpr std::string_view kVertexElement = "element vertex ";
-constexpr std::array<std::string_view, 11> kVertexProperties = {
-    "property float x",    "property float y",         "property float z",           "property float nx",
-    "property float ny",   "property float nz",        "property uchar red",         "property uchar green",
-    "property uchar blue", "property ushort class_id", "property ushort panoptic_id"};
+constexpr std::array<std::string_view, 10> kVertexProperties = {
+    "property float x",  "property float y",   "property float z",     "property float nx",   "property float ny",
+    "property float nz", "property uchar red", "property uchar green", "property uchar blue", "property ushort class_id"};
+constexpr std::string_view kIdProperty = "property uint panoptic_id";
+constexpr std::string_view kShortIdProperty = "property ushort panoptic_id";  // before ids had 32 bits
 constexpr std::string_view kFaceElement = "element face ";
 constexpr std::array<std::string_view, 2> kClosing = {"property list uchar int vertex_indices", "end_header"};
 
@@ -46,6 +48,7 @@ std::string header_text(const Mesh& mesh) {
   text += "comment PanopticFusion: metres, world axes of the recording\n";
   text += fmt::format("{}{}\n", kVertexElement, mesh.vertices.size());
   for (const std::string_view line : kVertexProperties) text += fmt::format("{}\n", line);
+  text += fmt::format("{}\n", kIdProperty);
   text += fmt::format("{}{}\n", kFaceElement, mesh.triangles.size());
   for (const std::string_view line : kClosing) text += fmt::format("{}\n", line);
   return text;
@@ -73,17 +76,18 @@ const char* take(const char* in, T& value) {
   return in + sizeof(T);
 }
 
+template <typename Id>
 MeshVertex vertex_at(const char* in) {
   MeshVertex vertex;
   std::uint16_t class_id = 0;
-  std::uint16_t panoptic_id = 0;
+  Id panoptic_id = 0;
   for (int i = 0; i < 3; ++i) in = take(in, vertex.position[i]);
   for (int i = 0; i < 3; ++i) in = take(in, vertex.normal[i]);
   for (std::uint8_t* channel : {&vertex.color.r, &vertex.color.g, &vertex.color.b}) in = take(in, *channel);
   in = take(in, class_id);
   take(in, panoptic_id);
   vertex.class_id = static_cast<ClassId>(class_id);
-  vertex.panoptic_id = static_cast<LabelSlot>(panoptic_id);
+  vertex.panoptic_id = static_cast<PanopticId>(panoptic_id);
   return vertex;
 }
 
@@ -96,6 +100,7 @@ class PlyReader {
     for (const std::string_view line : kOpening) expect(line);
     const std::size_t vertex_count = expect_count(kVertexElement);
     for (const std::string_view line : kVertexProperties) expect(line);
+    expect_id();
     const std::size_t face_count = expect_count(kFaceElement);
     for (const std::string_view line : kClosing) expect(line);
     check_size(vertex_count, face_count);
@@ -128,6 +133,15 @@ class PlyReader {
     if (next_line() != wanted) fail(fmt::format("line {} is not '{}'", line_number_, wanted));
   }
 
+  void expect_id() {
+    const std::string_view line = next_line();
+    if (line == kShortIdProperty) {
+      vertex_bytes_ = kShortIdVertexBytes;
+    } else if (line != kIdProperty) {
+      fail(fmt::format("line {} is not '{}'", line_number_, kIdProperty));
+    }
+  }
+
   std::size_t expect_count(std::string_view prefix) {
     const std::string_view line = next_line();
     std::size_t count = 0;
@@ -141,7 +155,7 @@ class PlyReader {
 
   // Before memory is taken. No overflow: counts are below 2^32.
   void check_size(std::size_t vertex_count, std::size_t face_count) const {
-    const std::size_t expected = vertex_count * kVertexBytes + face_count * kFaceBytes;
+    const std::size_t expected = vertex_count * vertex_bytes_ + face_count * kFaceBytes;
     const std::size_t present = bytes_.size() - at_;
     if (expected != present) {
       fail(fmt::format("{} bytes follow the header, {} vertices and {} faces take {}", present, vertex_count, face_count,
@@ -150,9 +164,10 @@ class PlyReader {
   }
 
   MeshVertex vertex(std::size_t i) {
-    MeshVertex vertex = vertex_at(bytes_.data() + at_);
+    const char* in = bytes_.data() + at_;
+    MeshVertex vertex = vertex_bytes_ == kVertexBytes ? vertex_at<std::uint32_t>(in) : vertex_at<std::uint16_t>(in);
     if (!vertex.position.allFinite() || !vertex.normal.allFinite()) fail(fmt::format("vertex {} is not finite", i));
-    at_ += kVertexBytes;
+    at_ += vertex_bytes_;
     return vertex;
   }
 
@@ -172,6 +187,7 @@ class PlyReader {
   std::string name_;
   std::string_view bytes_;
   std::size_t at_ = 0;
+  std::size_t vertex_bytes_ = kVertexBytes;
   int line_number_ = 0;
 };
 

@@ -23,7 +23,7 @@ constexpr std::size_t kTrianglesPerTask = 16384;
 struct Sample {
   float inverse_z = 0;  // 0: background
   Rgb color;
-  std::uint16_t label = 0;
+  std::uint32_t label = 0;
 };
 
 using Point = std::array<std::int64_t, 2>;  // in substeps; sample i has its centre at (i + 1/2) * kSubsteps
@@ -124,7 +124,7 @@ class Band {
         }
         const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(sum[i] / (kSamples * kSamples)); };
         picture.color(u, first_row_px + v) = {channel(0), channel(1), channel(2)};
-        picture.label(u, first_row_px + v) = front != nullptr ? front->label : std::uint16_t{0};
+        picture.label(u, first_row_px + v) = front != nullptr ? front->label : std::uint32_t{0};
         picture.covered(u, first_row_px + v) = front != nullptr ? 1 : 0;
       }
     }
@@ -218,7 +218,7 @@ Lists triangles_of_bands(const Drawing& drawing, std::size_t begin, std::size_t 
 Picture rasterize(const Drawing& drawing) {
   const int width = drawing.width_px;
   const int height = drawing.height_px;
-  Picture picture{Image<Rgb>(width, height), Image<std::uint16_t>(width, height), Image<std::uint8_t>(width, height)};
+  Picture picture{Image<Rgb>(width, height), Image<std::uint32_t>(width, height), Image<std::uint8_t>(width, height)};
   const std::size_t count = drawing.triangles->size();
   const auto bands = static_cast<std::size_t>((height + kBandRows_px - 1) / kBandRows_px);
   std::vector<Lists> lists((count + kTrianglesPerTask - 1) / kTrianglesPerTask);

@@ -17,7 +17,7 @@ struct DrawnVertex {
   Vec3f at = Vec3f::Zero();  // u_px, v_px, 1 / z; 1 / z <= 0 where it is behind the camera
   float shade = 1;           // times color
   Rgb color;
-  std::uint16_t label = 0;
+  std::uint32_t label = 0;
 };
 
 struct Drawing {
@@ -30,7 +30,7 @@ struct Drawing {
 
 struct Picture {
   Image<Rgb> color;
-  Image<std::uint16_t> label;   // of the triangle in front
+  Image<std::uint32_t> label;   // of the triangle in front
   Image<std::uint8_t> covered;  // 1 where there is a triangle, 0 for background
 };
 

@@ -36,7 +36,7 @@ constexpr Light kPhotoLight = {0.74F, 0.12F, 0.22F};
 constexpr Light kLabelLight = {0.44F, 0.18F, 0.40F};
 
 Rgb color_of_vertex(const MeshVertex& vertex, ColorMode mode, const LabelSet& labels) {
-  const auto id = mode == ColorMode::kClasses ? LabelSet::of_class(vertex.class_id) : vertex.panoptic_id;
+  const auto id = mode == ColorMode::kClasses ? LabelSet::id_of_class(vertex.class_id) : vertex.panoptic_id;
   return mode == ColorMode::kColor ? vertex.color : picture_color(id, labels);
 }
 

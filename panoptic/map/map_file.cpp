@@ -52,6 +52,8 @@ void put_header(Database& database, const MapHeader& header) {
   put_meta(database, kMetaLabelSet, header.labels.name());
   put_meta(database, kMetaEpoch, "1");
   put_meta(database, kMetaIdsGiven, "0");
+  put_meta(database, kMetaSlotsGiven, "0");
+  put_meta(database, kMetaRefused, "0");
   put_meta(database, kMetaCreated, "0");
   put_classes(database, header.labels);
 }
@@ -251,15 +253,17 @@ void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
   Database& database = state_->database;
   const std::vector<Bytes> encoded = encode_blocks(update.blocks, in_parallel);
   auto rows = object_rows(update.objects, state_->all_extents(update.blocks));
-  const RegistryState registry = update.objects.state();
+  const RegistryState& registry = update.objects.state();
   try {
     Transaction transaction(database);
     put_blocks(database, update.blocks, encoded);
-    state_->objects.write(std::move(rows));
+    state_->objects.write(std::move(rows), registry);
     put_frames(database, update.frames);
     state_->put_states(update.notes.states);
     put_meta(database, kMetaEpoch, std::to_string(update.epoch));
-    put_meta(database, kMetaIdsGiven, std::to_string(registry.objects.size()));
+    put_meta(database, kMetaIdsGiven, std::to_string(number(registry.next_id) - update.objects.first_thing()));
+    put_meta(database, kMetaSlotsGiven, std::to_string(registry.objects.size()));
+    put_meta(database, kMetaRefused, std::to_string(registry.refused));
     put_meta(database, kMetaCreated, std::to_string(registry.created_since_retirement));
     for (const auto& [name, text] : update.notes.texts) put_meta(database, name, text);
     transaction.commit();

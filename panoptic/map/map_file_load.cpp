@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "panoptic/base/error.h"
@@ -95,14 +96,14 @@ struct BlockRow {
 // What the blocks of a file are to be like.
 struct BlockRules {
   std::int64_t format;
-  std::uint16_t highest_id;  // that a voxel may hold
+  std::vector<bool> known_slots;  // by LabelSlot: what a voxel may hold
 };
 
 const char* decode_row(BlockDecoder& decoder, const BlockRow& row, VoxelBlock& block, const BlockRules& rules) {
   if (const char* wrong = decoder.decode(row.bytes, block)) return wrong;
   const bool known =
-      std::all_of(block.label.begin(), block.label.end(), [&](std::uint16_t id) { return id <= rules.highest_id; });
-  return known ? nullptr : "a voxel has the id of an object that never was";
+      std::all_of(block.label.begin(), block.label.end(), [&](std::uint16_t label) { return rules.known_slots[label]; });
+  return known ? nullptr : "a voxel has the slot of an object that is not there";
 }
 
 void decode_rows(const Database& database, std::vector<BlockRow>& rows, VoxelMap& map, const BlockRules& rules) {
@@ -156,20 +157,28 @@ void read_blocks(Database& database, VoxelMap& map, std::int64_t epoch, const Bl
   map.restore_epochs(static_cast<std::uint64_t>(epoch), std::move(changed_at));
 }
 
-// No object may be a part of itself, by whatever way round.
-void require_ends(const Database& database, const std::vector<Object>& objects, std::uint16_t first_thing) {
-  std::vector<char> ends(objects.size(), 0);
-  for (std::size_t start = 0; start < objects.size(); ++start) {
-    std::vector<std::size_t> way;
-    std::size_t at = start;
-    while (ends[at] == 0 && objects[at].merged_into != LabelSlot::kUnknown && way.size() <= objects.size()) {
-      way.push_back(at);
-      at = std::size_t{number(objects[at].merged_into)} - first_thing;
-    }
-    if (way.size() > objects.size()) database.refuse(fmt::format("objects are merged in a circle; {}", kUseAnother));
-    ends[at] = 1;
-    for (const std::size_t passed : way) ends[passed] = 1;
+RegistryState read_registry(Database& database, std::int64_t format, const std::map<std::string, std::string>& meta,
+                            std::uint16_t first_thing) {
+  constexpr std::int64_t kMostIds = std::numeric_limits<std::uint32_t>::max();
+  const std::int64_t most_slots = number(LabelSlot::kNoVote) - first_thing;
+  const std::int64_t ids = meta_integer(database, meta, kMetaIdsGiven, format == 1 ? most_slots : kMostIds - first_thing);
+  const std::int64_t slots = format == 1 ? ids : meta_integer(database, meta, kMetaSlotsGiven, std::min(ids, most_slots));
+  const GivenCounts given{static_cast<std::uint32_t>(ids), static_cast<std::uint16_t>(slots)};
+  RegistryState registry = read_objects(database, format, first_thing, given);
+  registry.next_id = static_cast<PanopticId>(first_thing + ids);
+  if (format > 1) registry.refused = static_cast<std::uint64_t>(meta_integer(database, meta, kMetaRefused, kMostEpoch));
+  registry.created_since_retirement = static_cast<std::size_t>(meta_integer(database, meta, kMetaCreated, kMostEpoch));
+  return registry;
+}
+
+// By LabelSlot: what a voxel may hold. Only in format 1 that may be the slot of an object that is no more.
+std::vector<bool> known_slots(const RegistryState& registry, std::int64_t format, std::uint16_t first_thing) {
+  std::vector<bool> known(kLabelSlots, false);
+  std::fill_n(known.begin(), first_thing, true);
+  for (std::size_t i = 0; i < registry.objects.size(); ++i) {
+    known[first_thing + i] = format == 1 || registry.objects[i].id != PanopticId::kUnknown;
   }
+  return known;
 }
 
 std::map<std::string, Bytes> read_states(Database& database) {
@@ -207,16 +216,12 @@ SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   if (static_cast<std::int64_t>(meta.size()) >= kMostNotes) database.refuse(fmt::format("meta is too long; {}", kUseAnother));
   MapHeader header = read_header(database, meta);
   const std::uint16_t first = header.labels.first_thing();
-  const auto ids_given =
-      static_cast<std::size_t>(meta_integer(database, meta, kMetaIdsGiven, number(LabelSlot::kNoVote) - first));
-  RegistryState registry{read_objects(database, first, ids_given),
-                         static_cast<std::size_t>(meta_integer(database, meta, kMetaCreated, kMostEpoch))};
-  require_ends(database, registry.objects, first);
+  RegistryState registry = read_registry(database, format, meta, first);
   header.options.memory_limit_mb = place.memory_limit_mb;
   header.options.swap_folder = place.swap_folder;
   VoxelMap map(header.options);
-  const auto highest = static_cast<std::uint16_t>(first + ids_given - 1);
-  read_blocks(database, map, std::max<std::int64_t>(1, meta_integer(database, meta, kMetaEpoch, kMostEpoch)), {format, highest});
+  read_blocks(database, map, std::max<std::int64_t>(1, meta_integer(database, meta, kMetaEpoch, kMostEpoch)),
+              {format, known_slots(registry, format, first)});
   for (const char* name : kFormatNames) meta.erase(name);
   MapNotes notes{std::move(meta), read_states(database)};
   return {std::move(header), std::move(map), ObjectRegistry(first, std::move(registry)), std::move(notes), format};

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "panoptic/base/error.h"
@@ -20,7 +21,7 @@ namespace {
 // Frame numbers of real recordings are far below; beyond, shifts could overflow.
 constexpr std::int64_t kMostFrame = std::int64_t{1} << 48;
 
-using IdTable = std::vector<std::uint16_t>;  // by panoptic id
+using SlotTable = std::vector<std::uint16_t>;  // by LabelSlot
 
 // In double precision, in which the products of floats are exact: a voxel merged with itself keeps its distance, bit for bit.
 void merge_distance(const VoxelBlock& from, std::size_t v, VoxelBlock& into) {
@@ -78,7 +79,7 @@ FrameNumbers frame_numbers(const MapWithFrames& map, const std::string& name) {
   FrameNumbers numbers;
   for (const FrameRecord& frame : map.frames) numbers.add(frame.frame);
   for (const Object& object : map.saved.objects.state().objects) {
-    if (object.id == LabelSlot::kUnknown) continue;
+    if (object.id == PanopticId::kUnknown) continue;
     numbers.add(object.first_frame);
     numbers.add(object.last_frame);
     numbers.log2_widest_bin = std::max(numbers.log2_widest_bin, object.votes.log2_frames_per_bin());
@@ -103,7 +104,7 @@ std::int64_t shift_between(const FrameNumbers& a, const FrameNumbers& b) {
 // Whose ids it names in `parts` are another map's, so they are left out.
 Object shifted(const Object& object, std::int64_t shift) {
   Object moved = object;
-  moved.parts.clear();
+  moved.parts = {};
   moved.first_frame += shift;
   moved.last_frame += shift;
   std::vector<VoteHistory::Bin> bins = object.votes.bins();
@@ -122,77 +123,80 @@ Object shifted(const Object& object, std::int64_t shift) {
 class MergedObjects {
  public:
   MergedObjects(const ObjectRegistry& a, std::string names)
-      : first_(a.first_thing()), state_(a.state()), names_(std::move(names)), ids_of_a_(identity()), ids_of_b_(identity()) {}
+      : registry_(a), names_(std::move(names)), slots_of_a_(identity()), slots_of_b_(identity()) {}
 
   void take_up(const ObjectRegistry& b, const std::vector<ObjectMatch>& matches, std::int64_t shift);
-  ObjectRegistry registry() const { return {first_, state_}; }
-  const IdTable& ids_of_a() const { return ids_of_a_; }
-  const IdTable& ids_of_b() const { return ids_of_b_; }
+  const ObjectRegistry& registry() const { return registry_; }
+  const SlotTable& slots_of_a() const { return slots_of_a_; }
+  const SlotTable& slots_of_b() const { return slots_of_b_; }
 
  private:
-  static IdTable identity() {
-    IdTable table(kLabelSlots);
+  static SlotTable identity() {
+    SlotTable table(kLabelSlots);
     std::iota(table.begin(), table.end(), std::uint16_t{0});
     return table;
   }
-  Object& at(LabelSlot id) { return state_.objects[number(id) - first_]; }
-  LabelSlot new_id();
-  void join(const Object& from, Object& into) const;
+  LabelSlot new_slot();
+  void give_slots(const ObjectRegistry& b, const std::map<PanopticId, PanopticId>& whole_of);
+  void join_part(const Object& part, LabelSlot into);
 
-  std::uint16_t first_;
-  RegistryState state_;
+  ObjectRegistry registry_;
   std::string names_;
-  IdTable ids_of_a_;
-  IdTable ids_of_b_;
+  SlotTable slots_of_a_;
+  SlotTable slots_of_b_;
 };
 
-LabelSlot MergedObjects::new_id() {
-  if (first_ + state_.objects.size() < number(LabelSlot::kNoVote)) {
-    state_.objects.emplace_back();
-    return static_cast<LabelSlot>(first_ + state_.objects.size() - 1);
-  }
-  const auto free = std::find_if(state_.objects.begin(), state_.objects.end(), [](const Object& o) {
-    return o.id == LabelSlot::kUnknown && o.merged_into == LabelSlot::kUnknown;
-  });
-  if (free == state_.objects.end()) throw Error(names_ + " have more objects together than there are ids; merge smaller maps");
-  return static_cast<LabelSlot>(first_ + (free - state_.objects.begin()));
+LabelSlot MergedObjects::new_slot() {
+  const std::optional<LabelSlot> slot = registry_.create();
+  if (!slot) throw Error(names_ + " have more objects together than there are ids; merge smaller maps");
+  return *slot;
 }
 
-void MergedObjects::join(const Object& from, Object& into) const {
-  add_observations(from, into);
-  into.ruled_out.insert(from.ruled_out.begin(), from.ruled_out.end());
+// Where the objects of b go: to those of a that they are parts of, or to new ones.
+void MergedObjects::give_slots(const ObjectRegistry& b, const std::map<PanopticId, PanopticId>& whole_of) {
+  for (std::size_t i = 0; i < b.state().objects.size(); ++i) {
+    const Object& theirs = b.state().objects[i];
+    std::uint16_t& merged = slots_of_b_[b.first_thing() + i];
+    merged = 0;
+    if (theirs.id == PanopticId::kUnknown) continue;
+    const auto whole = whole_of.find(theirs.id);
+    merged = number(whole == whole_of.end() ? new_slot() : registry_.find(whole->second)->slot);
+  }
+}
+
+void MergedObjects::join_part(const Object& part, LabelSlot into) {
+  Object whole = *registry_.find(into);
+  add_observations(part, whole);
+  whole.ruled_out.insert(part.ruled_out.begin(), part.ruled_out.end());
+  slots_of_a_[number(part.slot)] = number(into);
+  registry_.merge(part.slot, into, whole.last_frame);
+  registry_.rule_out(into, whole.ruled_out);
 }
 
 void MergedObjects::take_up(const ObjectRegistry& b, const std::vector<ObjectMatch>& matches, std::int64_t shift) {
-  std::map<LabelSlot, LabelSlot> whole_of;  // of the objects of b that have a counterpart
+  std::map<PanopticId, PanopticId> whole_of;  // of the objects of b that have a counterpart
   for (const ObjectMatch& match : matches) {
     if (match.kind != MatchKind::kPartOfB) whole_of[match.b] = match.a;
   }
-  const RegistryState theirs = b.state();
-  for (std::size_t i = 0; i < theirs.objects.size(); ++i) {
-    const auto id = static_cast<LabelSlot>(first_ + i);
-    ids_of_b_[number(id)] = 0;
-    if (theirs.objects[i].id == LabelSlot::kUnknown) continue;
-    Object object = shifted(theirs.objects[i], shift);
-    const auto whole = whole_of.find(id);
-    const LabelSlot merged_id = whole == whole_of.end() ? new_id() : whole->second;
-    ids_of_b_[number(id)] = number(merged_id);
-    if (whole != whole_of.end()) {
-      join(object, at(merged_id));
+  give_slots(b, whole_of);
+  RegistryState state = registry_.state();
+  for (const Object& theirs : b.state().objects) {
+    if (theirs.id == PanopticId::kUnknown) continue;
+    Object object = shifted(theirs, shift);
+    Object& mine = state.objects[slots_of_b_[number(theirs.slot)] - registry_.first_thing()];
+    if (whole_of.contains(theirs.id)) {
+      add_observations(object, mine);
+      mine.ruled_out.insert(object.ruled_out.begin(), object.ruled_out.end());
     } else {
-      object.id = merged_id;
-      at(merged_id) = std::move(object);
+      object.id = mine.id;
+      object.slot = mine.slot;
+      mine = std::move(object);
     }
   }
+  registry_ = ObjectRegistry(registry_.first_thing(), std::move(state));
   for (const ObjectMatch& match : matches) {
     if (match.kind != MatchKind::kPartOfB) continue;
-    const auto into = static_cast<LabelSlot>(ids_of_b_[number(match.b)]);
-    Object part = std::exchange(at(match.a), Object{});
-    at(match.a).merged_into = into;
-    ids_of_a_[number(match.a)] = number(into);
-    join(part, at(into));
-    at(into).parts.insert(at(into).parts.end(), part.parts.begin(), part.parts.end());
-    at(into).parts.push_back({match.a, at(into).last_frame});
+    join_part(*registry_.find(match.a), static_cast<LabelSlot>(slots_of_b_[number(b.find(match.b)->slot)]));
   }
 }
 
@@ -201,17 +205,17 @@ void merge_voxels(const VoxelMap& b, const MergedObjects& objects, float max_wei
   std::vector<Slot> into(b.block_count());
   for (Slot slot = 0; slot < b.block_count(); ++slot) into[slot] = map.allocate(b.index_of(slot));
   parallel_for(map.block_count(), [&](std::size_t i) {
-    for (std::uint16_t& label : map.block(static_cast<Slot>(i)).label) label = objects.ids_of_a()[label];
+    for (std::uint16_t& label : map.block(static_cast<Slot>(i)).label) label = objects.slots_of_a()[label];
   });
   parallel_for(into.size(), [&](std::size_t i) {
-    merge_block(b.block(static_cast<Slot>(i)), objects.ids_of_b(), max_weight, map.block(into[i]));
+    merge_block(b.block(static_cast<Slot>(i)), objects.slots_of_b(), max_weight, map.block(into[i]));
   });
   for (Slot slot = 0; slot < map.block_count(); ++slot) map.mark_changed(slot);
 }
 
 }  // namespace
 
-void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_id, float max_weight, VoxelBlock& into) {
+void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_slot, float max_weight, VoxelBlock& into) {
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const double weight = from.weight[v];
     if (weight > 0) {
@@ -223,7 +227,7 @@ void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merge
       into.weight[v] = static_cast<float>(old_weight + weight);
     }
     into.weight[v] = std::min(max_weight, into.weight[v]);
-    merge_votes(from, merged_id[from.label[v]], v, max_weight, into);
+    merge_votes(from, merged_slot[from.label[v]], v, max_weight, into);
   }
 }
 

@@ -29,14 +29,14 @@ struct MapMerge {
 // weighted means; of two labels the one with more weight stays and keeps the difference, as two observations of one voxel would
 // (Eq. 9-11; a draw leaves a's, without weight). All of it in the same way whichever map comes first.
 // Objects: match_objects tells which are one; evidence is summed. Objects of `a` keep their ids, those of `b` that have no
-// counterpart get new ones. Objects that lose their last voxel are retired.
+// counterpart get new ones, which count up. Objects that lose their last voxel are retired.
 // Frames: those of `b` follow those of `a`. Where their numbers would not, a shift is added to them, in its objects too, so that
 // each frame of the merged map has one number.
 // Throws Error, naming the maps as `name_a` and `name_b`: not comparable (require_comparable), or out of ids or frame numbers.
 MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b);
 
-// One voxel block into another, voxel by voxel as above. `merged_id`: by b's panoptic ids (kLabelSlots entries). `max_weight` may
-// be infinite.
-void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_id, float max_weight, VoxelBlock& into);
+// One voxel block into another, voxel by voxel as above. `merged_slot`: by b's slots (kLabelSlots entries). `max_weight` may be
+// infinite.
+void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_slot, float max_weight, VoxelBlock& into);
 
 }  // namespace panoptic

@@ -18,8 +18,11 @@ inline constexpr const char* kMetaMap = "map";  // MapOptions as TOML
 inline constexpr const char* kMetaLabelSet = "label_set";
 inline constexpr const char* kMetaEpoch = "epoch";
 inline constexpr const char* kMetaIdsGiven = "ids_given";
+inline constexpr const char* kMetaSlotsGiven = "slots_given";  // format 1: as many as ids
+inline constexpr const char* kMetaRefused = "objects_refused";
 inline constexpr const char* kMetaCreated = "created_since_retirement";
-inline constexpr const char* kFormatNames[] = {kMetaUnits, kMetaMap, kMetaLabelSet, kMetaEpoch, kMetaIdsGiven, kMetaCreated};
+inline constexpr const char* kFormatNames[] = {kMetaUnits,    kMetaMap,        kMetaLabelSet, kMetaEpoch,
+                                               kMetaIdsGiven, kMetaSlotsGiven, kMetaRefused,  kMetaCreated};
 
 // Over the integers of a row, each as 8 bytes, lowest first, and then its bytes; as SQLite stores it.
 inline std::int64_t row_checksum(std::initializer_list<std::int64_t> integers, std::span<const std::uint8_t> bytes) {

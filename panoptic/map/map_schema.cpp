@@ -6,6 +6,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "panoptic/base/error.h"
@@ -26,7 +27,7 @@ CREATE TABLE classes (id INTEGER PRIMARY KEY, name TEXT NOT NULL, is_thing INTEG
 CREATE TABLE blocks (slot INTEGER PRIMARY KEY, x INTEGER NOT NULL, y INTEGER NOT NULL, z INTEGER NOT NULL,
   changed_at INTEGER NOT NULL, checksum INTEGER NOT NULL, voxels BLOB NOT NULL) STRICT;
 
-CREATE TABLE objects (id INTEGER PRIMARY KEY, merged_into INTEGER, class_id INTEGER NOT NULL, probability REAL NOT NULL,
+CREATE TABLE objects (id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, class_id INTEGER NOT NULL, probability REAL NOT NULL,
   first_frame INTEGER NOT NULL, last_frame INTEGER NOT NULL, observations INTEGER NOT NULL,
   score_sum REAL NOT NULL, evidence TEXT NOT NULL, ruled_out TEXT NOT NULL, votes TEXT NOT NULL,
   best_views TEXT NOT NULL, parts TEXT NOT NULL, voxels INTEGER NOT NULL,
@@ -46,7 +47,7 @@ CREATE VIEW object_summary AS
     round(max_x_m - min_x_m, 3) AS size_x_m, round(max_y_m - min_y_m, 3) AS size_y_m,
     round(max_z_m - min_z_m, 3) AS size_z_m, observations, first_frame, last_frame
   FROM objects LEFT JOIN classes ON classes.id = objects.class_id
-  WHERE merged_into IS NULL AND voxels > 0 ORDER BY class, objects.id;
+  WHERE voxels > 0 ORDER BY class, objects.id;
 
 CREATE VIEW class_summary AS
   SELECT class, count(*) AS objects, group_concat(id, ' ') AS ids FROM object_summary GROUP BY class ORDER BY class;
@@ -54,6 +55,13 @@ CREATE VIEW class_summary AS
 CREATE VIEW frame_summary AS
   SELECT ifnull(unused_because, 'used') AS outcome, count(*) AS frames, sum(labelled) AS labelled
   FROM frames GROUP BY outcome ORDER BY frames DESC;
+)sql";
+
+// Not in format 1.
+constexpr const char* kTablesOfIds = R"sql(
+CREATE TABLE merged (id INTEGER PRIMARY KEY, merged_into INTEGER NOT NULL) STRICT;
+
+CREATE TABLE left_slots (slot INTEGER PRIMARY KEY, id INTEGER NOT NULL) STRICT;
 )sql";
 
 // Name -> kind and text. Names that begin with sqlite_ are SQLite's own, and nobody else can make one.
@@ -68,12 +76,24 @@ Schema schema_of(Database& database) {
   return schema;
 }
 
-// The statements that make the tables of a format. 1 and 2 differ in what blocks hold, not in tables.
-const char* tables_of(std::int64_t /*format*/) { return kTables; }
+void replace(std::string& text, std::string_view what, std::string_view by) {
+  const std::size_t at = text.find(what);
+  PANOPTIC_ASSERT(at != std::string::npos);
+  text.replace(at, what.size(), by);
+}
+
+// The statements that make the tables of a format. In format 1 ids were slots, and merged objects were rows like others.
+std::string tables_of(std::int64_t format) {
+  std::string tables = kTables;
+  if (format > 1) return tables + kTablesOfIds;
+  replace(tables, "slot INTEGER NOT NULL, class_id", "merged_into INTEGER, class_id");
+  replace(tables, "WHERE voxels > 0", "WHERE merged_into IS NULL AND voxels > 0");
+  return tables;
+}
 
 Schema known_schema(std::int64_t format) {
   Database fresh(":memory:", DatabaseAccess::kCreate);
-  fresh.execute(tables_of(format));
+  fresh.execute(tables_of(format).c_str());
   return schema_of(fresh);
 }
 
@@ -102,7 +122,7 @@ void set_page_size(Database& database) { database.execute(kPages); }
 
 void create_map_tables(Database& database) {
   database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", kMapApplicationId, kMapFormat).c_str());
-  database.execute(tables_of(kMapFormat));
+  database.execute(tables_of(kMapFormat).c_str());
 }
 
 std::int64_t require_map(Database& database) {
@@ -128,6 +148,7 @@ std::vector<std::string> lacks_of(std::int64_t format) {
   if (format < 2) {
     lacks.emplace_back("the sum of votes (the weight of the distance is taken)");
     lacks.emplace_back("map.max_weight (weights had no limit)");
+    lacks.emplace_back("ids apart from slots (the slots are taken)");
   }
   return lacks;
 }

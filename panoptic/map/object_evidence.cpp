@@ -68,4 +68,19 @@ void VoteHistory::merge(const VoteHistory& other) {
   while (bins_.size() > kMostBins) widen();
 }
 
+void PartHistory::append(const std::vector<ObjectPart>& parts) {
+  latest_.insert(latest_.end(), parts.begin(), parts.end());
+  if (latest_.size() > kMost) latest_.erase(latest_.begin(), latest_.end() - std::ptrdiff_t{kMost});
+}
+
+void PartHistory::add(const ObjectPart& part) {
+  ++count_;
+  append({part});
+}
+
+void PartHistory::merge(const PartHistory& other) {
+  count_ += other.count_;
+  append(other.latest_);
+}
+
 }  // namespace panoptic

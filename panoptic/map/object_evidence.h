@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Why the map takes an object for what it is, in bounded memory per object: the detections that show it best, and which class
-// the detections of each stretch of time voted for. Both depend on the detections alone, not on their order.
+// Why the map takes an object for what it is, in bounded memory per object: the detections that show it best, which class the
+// detections of each stretch of time voted for, and which objects turned out to be parts of it. The first two depend on the
+// detections alone, not on their order.
 #pragma once
 
 #include <array>
@@ -90,6 +91,39 @@ class VoteHistory {
 
   std::vector<Bin> bins_;
   int log2_frames_per_bin_ = 0;  // at most kMostLog2
+};
+
+// Another object that turned out to be a part of this one, and the frame after which that was found.
+struct ObjectPart {
+  PanopticId id = PanopticId::kUnknown;
+  std::int64_t frame = 0;
+
+  bool operator==(const ObjectPart&) const = default;
+};
+
+// How many parts were found, and the latest of them.
+class PartHistory {
+ public:
+  static constexpr std::size_t kMost = 64;
+
+  PartHistory() = default;
+  // As count() and latest() of another one told. REQUIRES what they guarantee.
+  PartHistory(std::uint64_t count, std::vector<ObjectPart> latest) : count_(count), latest_(std::move(latest)) {}
+
+  void add(const ObjectPart& part);
+  // Those of an object that is a part itself.
+  void merge(const PartHistory& other);
+
+  std::uint64_t count() const { return count_; }
+  const std::vector<ObjectPart>& latest() const { return latest_; }  // in the order in which they were added, at most kMost
+
+  bool operator==(const PartHistory&) const = default;
+
+ private:
+  void append(const std::vector<ObjectPart>& parts);
+
+  std::uint64_t count_ = 0;
+  std::vector<ObjectPart> latest_;
 };
 
 }  // namespace panoptic

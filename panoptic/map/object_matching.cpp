@@ -18,18 +18,18 @@
 namespace panoptic {
 namespace {
 
-using IdPair = std::pair<LabelSlot, LabelSlot>;
-using Counts = std::map<IdPair, std::uint64_t>;
+using SlotPair = std::pair<LabelSlot, LabelSlot>;
+using Counts = std::map<SlotPair, std::uint64_t>;
 
 // How many voxels that both maps observed, near the surface of either, bear each pair of labels.
 Counts common_labels(const VoxelBlock& a, const VoxelBlock& b, float band_m) {
   Counts counts;
-  IdPair last;
+  SlotPair last;
   std::uint64_t* count = nullptr;  // of `last`: neighbours mostly bear the same labels
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const bool observed = a.weight[v] > 0 && b.weight[v] > 0;
     if (!observed || std::min(std::abs(a.distance[v]), std::abs(b.distance[v])) > band_m) continue;
-    const IdPair pair(static_cast<LabelSlot>(a.label[v]), static_cast<LabelSlot>(b.label[v]));
+    const SlotPair pair(static_cast<LabelSlot>(a.label[v]), static_cast<LabelSlot>(b.label[v]));
     if (count == nullptr || pair != last) count = &counts[pair];
     last = pair;
     ++*count;
@@ -54,8 +54,8 @@ Counts common_labels(const VoxelMap& a, const VoxelMap& b) {
 
 // Two objects that share voxels.
 struct Overlap {
-  LabelSlot a = LabelSlot::kUnknown;
-  LabelSlot b = LabelSlot::kUnknown;
+  PanopticId a = PanopticId::kUnknown;
+  PanopticId b = PanopticId::kUnknown;
   bool same_class = false;
   bool enough = false;
   double both = 0;  // voxels that are a's and b's
@@ -66,8 +66,8 @@ struct Overlap {
   double worth() const { return iou() * (same_class ? 1.0 : kOtherClassWorth); }
 };
 
-std::uint64_t voxels_of(const LabelExtents& extents, LabelSlot id) {
-  const auto found = extents.find(id);
+std::uint64_t voxels_of(const LabelExtents& extents, LabelSlot slot) {
+  const auto found = extents.find(slot);
   return found == extents.end() ? 0 : found->second.voxels;
 }
 
@@ -83,20 +83,22 @@ std::vector<Overlap> overlaps_of(const SavedMap& a, const SavedMap& b) {
   const LabelExtents extents_b = label_extents(b.map);
   std::vector<Overlap> overlaps;
   for (const auto& [pair, count] : counts) {
-    const auto& [id_a, id_b] = pair;
-    if (a.objects.find(id_a) == nullptr || b.objects.find(id_b) == nullptr) continue;
-    const std::uint64_t smaller = std::min(voxels_of(extents_a, id_a), voxels_of(extents_b, id_b));
-    overlaps.push_back({id_a, id_b, a.objects.class_of(id_a) == b.objects.class_of(id_b),
+    const auto& [slot_a, slot_b] = pair;
+    const Object* object_a = a.objects.find(slot_a);
+    const Object* object_b = b.objects.find(slot_b);
+    if (object_a == nullptr || object_b == nullptr) continue;
+    const std::uint64_t smaller = std::min(voxels_of(extents_a, slot_a), voxels_of(extents_b, slot_b));
+    overlaps.push_back({object_a->id, object_b->id, a.objects.class_of(slot_a) == b.objects.class_of(slot_b),
                         count >= kLeastCommonVoxels || 2 * count >= smaller, static_cast<double>(count),
-                        static_cast<double>(of_a[id_a]), static_cast<double>(of_b[id_b])});
+                        static_cast<double>(of_a[slot_a]), static_cast<double>(of_b[slot_b])});
   }
   return overlaps;
 }
 
 // Who is spoken for.
 struct Taken {
-  std::set<LabelSlot> a;
-  std::set<LabelSlot> b;
+  std::set<PanopticId> a;
+  std::set<PanopticId> b;
 };
 
 void match_pairs(std::vector<Overlap>& overlaps, Taken& taken, std::vector<ObjectMatch>& matches) {

@@ -33,8 +33,8 @@ enum class MatchKind : std::uint8_t {
 };
 
 struct ObjectMatch {
-  LabelSlot a = LabelSlot::kUnknown;
-  LabelSlot b = LabelSlot::kUnknown;
+  PanopticId a = PanopticId::kUnknown;
+  PanopticId b = PanopticId::kUnknown;
   MatchKind kind = MatchKind::kSame;
   double iou = 0;
 

@@ -3,6 +3,8 @@
 #include "panoptic/map/object_registry.h"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 
 #include "panoptic/base/error.h"
 
@@ -20,45 +22,81 @@ void add_observations(const Object& from, Object& into) {
   into.best_views.merge(from.best_views);
 }
 
+ObjectRegistry::ObjectRegistry(std::uint16_t first_thing) : first_thing_(first_thing) {
+  state_.next_id = PanopticId{first_thing};
+}
+
 ObjectRegistry::ObjectRegistry(std::uint16_t first_thing, RegistryState state)
-    : first_thing_(first_thing), objects_(std::move(state.objects)), created_since_retirement_(state.created_since_retirement) {
-  const auto is_gone = [](const Object& o) { return o.id == LabelSlot::kUnknown; };
-  retired_ = static_cast<std::size_t>(std::count_if(objects_.begin(), objects_.end(), is_gone));
+    : first_thing_(first_thing), state_(std::move(state)) {
+  for (const Object& object : state_.objects) {
+    if (object.id != PanopticId::kUnknown) slot_of_.emplace(object.id, object.slot);
+  }
+}
+
+std::optional<std::size_t> ObjectRegistry::free_place() {
+  std::vector<Object>& objects = state_.objects;
+  if (first_thing_ + objects.size() < number(LabelSlot::kNoVote)) {
+    objects.emplace_back();
+    return objects.size() - 1;
+  }
+  const auto is_taken = [&](std::size_t place) {
+    return objects[place].id != PanopticId::kUnknown || find_left(static_cast<LabelSlot>(first_thing_ + place)) != nullptr;
+  };
+  while (free_from_ < objects.size() && is_taken(free_from_)) ++free_from_;
+  return free_from_ < objects.size() ? std::optional(free_from_) : std::nullopt;
 }
 
 std::optional<LabelSlot> ObjectRegistry::create(std::int64_t frame) {
-  created_since_retirement_++;
-  const bool all_given = first_thing_ + objects_.size() >= number(LabelSlot::kNoVote);
-  Object* object = all_given ? reuse() : &objects_.emplace_back();
-  if (object == nullptr) return std::nullopt;
-  object->id = static_cast<LabelSlot>(first_thing_ + (object - objects_.data()));
-  object->first_frame = frame;
-  object->last_frame = frame;
-  return object->id;
-}
-
-Object* ObjectRegistry::reuse() {
-  if (retired_ == 0) return nullptr;
-  const auto free = std::find_if(objects_.begin(), objects_.end(), [](const Object& o) {
-    return o.id == LabelSlot::kUnknown && o.merged_into == LabelSlot::kUnknown;
-  });
-  if (free == objects_.end()) return nullptr;
-  retired_--;
-  return &*free;
-}
-
-void ObjectRegistry::retire_unused(const std::vector<bool>& in_use) {
-  for (Object& object : objects_) {
-    if (object.id == LabelSlot::kUnknown || in_use[number(object.id)]) continue;
-    object = Object{};
-    retired_++;
+  ++state_.created_since_retirement;
+  const bool ids_are_left = number(state_.next_id) < std::numeric_limits<std::uint32_t>::max();
+  const std::optional<std::size_t> place = ids_are_left ? free_place() : std::nullopt;
+  if (!place) {
+    ++state_.refused;
+    return std::nullopt;
   }
-  created_since_retirement_ = 0;
+  Object& object = state_.objects[*place];
+  object.id = state_.next_id;
+  object.slot = static_cast<LabelSlot>(first_thing_ + *place);
+  object.first_frame = frame;
+  object.last_frame = frame;
+  slot_of_.emplace(object.id, object.slot);
+  state_.next_id = static_cast<PanopticId>(number(state_.next_id) + 1);
+  return object.slot;
 }
 
-void ObjectRegistry::observe(LabelSlot id, const Segment& segment, std::int64_t frame) {
-  PANOPTIC_ASSERT(find(id) != nullptr);
-  Object& object = objects_[number(id) - first_thing_];
+// The object is no more, but something may still name its slot.
+void ObjectRegistry::leave(Object& object) {
+  const auto at = std::ranges::lower_bound(state_.left, object.slot, {}, &LeftSlot::slot);
+  state_.left.insert(at, {object.slot, object.id});
+  slot_of_.erase(object.id);
+  object = Object{};
+}
+
+void ObjectRegistry::retire_unused(const std::vector<bool>& in_voxels, const std::vector<bool>& elsewhere) {
+  const auto is_free = [&](LabelSlot slot) {
+    return !in_voxels[number(slot)] && (elsewhere.empty() || !elsewhere[number(slot)]);
+  };
+  std::vector<LeftSlot> left;
+  std::ranges::copy_if(state_.left, std::back_inserter(left), [&](const LeftSlot& l) { return !is_free(l.slot); });
+  for (Object& object : state_.objects) {
+    if (object.id == PanopticId::kUnknown || in_voxels[number(object.slot)]) continue;
+    if (!is_free(object.slot)) left.push_back({object.slot, object.id});
+    slot_of_.erase(object.id);
+    object = Object{};
+  }
+  std::ranges::sort(left, {}, &LeftSlot::slot);
+  state_.left = std::move(left);
+  state_.created_since_retirement = 0;
+  free_from_ = 0;
+}
+
+Object& ObjectRegistry::at(LabelSlot slot) {
+  PANOPTIC_ASSERT(find(slot) != nullptr);
+  return state_.objects[number(slot) - first_thing_];
+}
+
+void ObjectRegistry::observe(LabelSlot slot, const Segment& segment, std::int64_t frame) {
+  Object& object = at(slot);
   object.first_frame = object.observations == 0 ? frame : std::min(object.first_frame, frame);
   object.last_frame = object.observations == 0 ? frame : std::max(object.last_frame, frame);
   object.observations++;
@@ -72,60 +110,75 @@ void ObjectRegistry::observe(LabelSlot id, const Segment& segment, std::int64_t 
   }
 }
 
-void ObjectRegistry::show(LabelSlot id, const ObjectView& view) {
-  PANOPTIC_ASSERT(find(id) != nullptr);
-  objects_[number(id) - first_thing_].best_views.add(view);
-}
+void ObjectRegistry::show(LabelSlot slot, const ObjectView& view) { at(slot).best_views.add(view); }
 
 void ObjectRegistry::merge(LabelSlot from, LabelSlot into, std::int64_t frame) {
-  PANOPTIC_ASSERT(from != into && find(from) != nullptr && find(into) != nullptr);
-  Object& part = objects_[number(from) - first_thing_];
-  Object& whole = objects_[number(into) - first_thing_];
+  PANOPTIC_ASSERT(from != into);
+  Object& part = at(from);
+  Object& whole = at(into);
   add_observations(part, whole);
-  whole.parts.insert(whole.parts.end(), part.parts.begin(), part.parts.end());
-  whole.parts.push_back({from, frame});
-  part = Object{};
-  part.merged_into = into;
-  retired_++;
-}
-
-std::vector<std::pair<LabelSlot, LabelSlot>> ObjectRegistry::merged() const {
-  std::vector<std::pair<LabelSlot, LabelSlot>> result;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (objects_[i].merged_into == LabelSlot::kUnknown) continue;
-    const auto id = static_cast<LabelSlot>(first_thing_ + i);
-    result.emplace_back(id, survivor(id));
+  whole.parts.merge(part.parts);
+  whole.parts.add({part.id, frame});
+  if (part.parts.count() > 0) {
+    for (MergedObject& merged : state_.merged) {
+      if (merged.into == part.id) merged.into = whole.id;
+    }
   }
-  return result;
+  const auto place = std::ranges::lower_bound(state_.merged, part.id, {}, &MergedObject::id);
+  state_.merged.insert(place, {part.id, whole.id});
+  leave(part);
 }
 
-LabelSlot ObjectRegistry::survivor(LabelSlot id) const {
-  while (number(id) >= first_thing_ && std::size_t{number(id)} - first_thing_ < objects_.size()) {
-    const LabelSlot next = objects_[number(id) - first_thing_].merged_into;
-    if (next == LabelSlot::kUnknown) break;
-    id = next;
-  }
-  return id;
+PanopticId ObjectRegistry::survivor(PanopticId id) const {
+  const auto merged = std::ranges::lower_bound(state_.merged, id, {}, &MergedObject::id);
+  return merged == state_.merged.end() || merged->id != id ? id : merged->into;
 }
 
-const Object* ObjectRegistry::find(LabelSlot id) const {
-  const std::size_t i = std::size_t{number(id)} - first_thing_;
-  const bool known = number(id) >= first_thing_ && i < objects_.size() && objects_[i].id == id;
-  return known ? &objects_[i] : nullptr;
+LabelSlot ObjectRegistry::survivor(LabelSlot slot) const {
+  const LeftSlot* left = find_left(slot);
+  const Object* survivor = left == nullptr ? nullptr : find(this->survivor(left->id));
+  return survivor == nullptr ? slot : survivor->slot;
 }
 
-void ObjectRegistry::rule_out(LabelSlot id, std::set<ClassId> classes) {
-  PANOPTIC_ASSERT(find(id) != nullptr);
-  objects_[number(id) - first_thing_].ruled_out = std::move(classes);
+const LeftSlot* ObjectRegistry::find_left(LabelSlot slot) const {
+  const auto at = std::ranges::lower_bound(state_.left, slot, {}, &LeftSlot::slot);
+  return at == state_.left.end() || at->slot != slot ? nullptr : &*at;
 }
 
-void ObjectRegistry::assume(LabelSlot id, ClassId class_id) {
-  PANOPTIC_ASSERT(class_of(id) == ClassId::kUnknown);
-  objects_[number(id) - first_thing_].evidence[class_id] = 0;
+const Object* ObjectRegistry::find(LabelSlot slot) const {
+  const std::size_t place = std::size_t{number(slot)} - first_thing_;
+  const bool known =
+      number(slot) >= first_thing_ && place < state_.objects.size() && state_.objects[place].id != PanopticId::kUnknown;
+  return known ? &state_.objects[place] : nullptr;
 }
 
-ClassId ObjectRegistry::class_of(LabelSlot id) const {
-  const Object* object = find(id);
+const Object* ObjectRegistry::find(PanopticId id) const {
+  const auto slot = slot_of_.find(id);
+  return slot == slot_of_.end() ? nullptr : find(slot->second);
+}
+
+PanopticId ObjectRegistry::named_by(LabelSlot slot) const {
+  if (const Object* object = find(slot)) return object->id;
+  const LeftSlot* left = find_left(slot);
+  return left == nullptr ? PanopticId::kUnknown : left->id;
+}
+
+PanopticId ObjectRegistry::id_of(LabelSlot slot) const {
+  if (number(slot) < first_thing_) return static_cast<PanopticId>(number(slot));
+  if (const Object* object = find(slot)) return object->id;
+  const Object* object = find(survivor(slot));
+  return object == nullptr ? PanopticId::kUnknown : object->id;
+}
+
+void ObjectRegistry::rule_out(LabelSlot slot, std::set<ClassId> classes) { at(slot).ruled_out = std::move(classes); }
+
+void ObjectRegistry::assume(LabelSlot slot, ClassId class_id) {
+  PANOPTIC_ASSERT(class_of(slot) == ClassId::kUnknown);
+  at(slot).evidence[class_id] = 0;
+}
+
+ClassId ObjectRegistry::class_of(LabelSlot slot) const {
+  const Object* object = find(slot);
   ClassId best = ClassId::kUnknown;
   double most = -1;
   if (object == nullptr) return best;
@@ -139,9 +192,9 @@ ClassId ObjectRegistry::class_of(LabelSlot id) const {
   return best;
 }
 
-std::vector<ClassProbability> ObjectRegistry::probabilities(LabelSlot id) const {
+std::vector<ClassProbability> ObjectRegistry::probabilities(LabelSlot slot) const {
   std::vector<ClassProbability> result;
-  const Object* object = find(id);
+  const Object* object = find(slot);
   if (object == nullptr || object->score_sum <= 0) return result;
   for (const auto& [class_id, evidence] : object->evidence) {
     result.push_back({class_id, static_cast<float>(evidence / object->score_sum)});

@@ -10,7 +10,7 @@
 
 namespace panoptic {
 
-// What the row of an object holds. Of an object that was merged away, only `object.merged_into` counts.
+// What the row of an object holds.
 struct ObjectRow {
   Object object;
   ClassId class_id = ClassId::kUnknown;
@@ -20,28 +20,43 @@ struct ObjectRow {
   bool operator==(const ObjectRow&) const = default;
 };
 
-// Every object that is, and every one that was merged into another.
-std::map<LabelSlot, ObjectRow> object_rows(const ObjectRegistry& objects, const LabelExtents& extents);
+using ObjectRows = std::map<PanopticId, ObjectRow>;
+ObjectRows object_rows(const ObjectRegistry& objects, const LabelExtents& extents);
 
-// Keeps the table `objects` as given; only rows that differ from those of the last time are written.
+// Keeps the tables `objects`, `merged` and `left_slots` as given; only rows that differ from those of the last time are written.
 class ObjectTableWriter {
  public:
   ObjectTableWriter(Database& database, double voxel_size_m);
-  void write(std::map<LabelSlot, ObjectRow> rows);
+  void write(ObjectRows rows, const RegistryState& registry);
   // The rows of the last write are not in the file after all.
   void forget() { written_.reset(); }
 
  private:
-  void put(LabelSlot id, const ObjectRow& row);
+  struct Written {
+    ObjectRows rows;
+    std::vector<MergedObject> merged;
+    std::vector<LeftSlot> left;
+  };
 
+  void put(PanopticId id, const ObjectRow& row);
+  void put_merged(const std::vector<MergedObject>& merged, const std::vector<MergedObject>& before);
+  void put_left(const std::vector<LeftSlot>& left);
+
+  Database& database_;
   double voxel_size_m_;
   Statement put_;
   Statement remove_;
-  Statement clear_;
-  std::optional<std::map<LabelSlot, ObjectRow>> written_;
+  std::optional<Written> written_;
 };
 
-// `count`: how many ids were given by then. Throws Error for what cannot be.
-std::vector<Object> read_objects(Database& database, std::uint16_t first_thing, std::size_t count);
+// How many of each were given by then, in all.
+struct GivenCounts {
+  std::uint32_t ids = 0;
+  std::uint16_t slots = 0;
+};
+
+// The tables of a file of that format; `next_id` and what they say nothing of is filled in by the caller. Throws Error for what
+// cannot be.
+RegistryState read_objects(Database& database, std::int64_t format, std::uint16_t first_thing, GivenCounts given);
 
 }  // namespace panoptic

@@ -111,7 +111,7 @@ class VoxelMap {
   std::vector<Slot> table_slots_;
 };
 
-// By panoptic id (kLabelSlots entries): does any voxel hold it?
+// By LabelSlot (kLabelSlots entries): does any voxel hold it?
 std::vector<bool> ids_in_use(const VoxelMap& map);
 
 // Looks up voxels near the previous one without hashing again. One per thread; make a new one after blocks were allocated.

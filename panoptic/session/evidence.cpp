@@ -19,10 +19,10 @@ namespace {
 
 constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
-constexpr std::int64_t kMostIds = 65535;
+constexpr std::int64_t kMostId = std::numeric_limits<std::uint32_t>::max();
 constexpr double kFarthest_m = 1e6;
 
-std::uint16_t id_of(const JsonValue& value) { return static_cast<std::uint16_t>(value.integer(0, kMostIds)); }
+std::uint32_t id_of(const JsonValue& value) { return static_cast<std::uint32_t>(value.integer(0, kMostId)); }
 
 std::uint64_t count_of(const JsonValue& value) { return static_cast<std::uint64_t>(value.integer(0, kMost)); }
 
@@ -90,20 +90,20 @@ Evidence read_object(const JsonValue& object) {
 }
 
 // Which object an id that was merged away went to: {"33": 31} beside the list of objects.
-std::map<std::uint16_t, std::uint16_t> read_mergers(const JsonValue& file) {
-  std::map<std::uint16_t, std::uint16_t> into;
+std::map<std::uint32_t, std::uint32_t> read_mergers(const JsonValue& file) {
+  std::map<std::uint32_t, std::uint32_t> into;
   const auto merged = file.find("merged_into");
   if (!merged) return into;
   for (const auto& [name, survivor] : merged->members()) {
-    const bool digits = !name.empty() && name.size() <= 5 && name.find_first_not_of("0123456789") == std::string::npos;
-    if (!digits || std::stol(name) > kMostIds) merged->wrong("an object whose keys are ids");
-    into[static_cast<std::uint16_t>(std::stol(name))] = id_of(survivor);
+    const bool digits = !name.empty() && name.size() <= 10 && name.find_first_not_of("0123456789") == std::string::npos;
+    if (!digits || std::stoll(name) > kMostId) merged->wrong("an object whose keys are ids");
+    into[static_cast<std::uint32_t>(std::stoll(name))] = id_of(survivor);
   }
   return into;
 }
 
 // Survivors may have been merged themselves. No chain is longer than the list, unless it bites its tail.
-std::uint16_t survivor_of(std::uint16_t id, const std::map<std::uint16_t, std::uint16_t>& into) {
+std::uint32_t survivor_of(std::uint32_t id, const std::map<std::uint32_t, std::uint32_t>& into) {
   for (std::size_t step = 0; step < into.size(); ++step) {
     const auto next = into.find(id);
     if (next == into.end()) break;
@@ -112,11 +112,11 @@ std::uint16_t survivor_of(std::uint16_t id, const std::map<std::uint16_t, std::u
   return id;
 }
 
-[[noreturn]] void no_such_object(const std::filesystem::path& path, std::uint16_t id, const std::vector<std::uint16_t>& ids) {
+[[noreturn]] void no_such_object(const std::filesystem::path& path, std::uint32_t id, const std::vector<std::uint32_t>& ids) {
   if (ids.empty()) throw Error(fmt::format("{}: the map has no objects, so none has the id {}", path.string(), id));
   const auto [least, most] = std::minmax_element(ids.begin(), ids.end());
-  const auto nearest =
-      *std::min_element(ids.begin(), ids.end(), [&](int a, int b) { return std::abs(a - id) < std::abs(b - id); });
+  const auto nearest = *std::min_element(ids.begin(), ids.end(),
+                                         [&](std::int64_t a, std::int64_t b) { return std::abs(a - id) < std::abs(b - id); });
   throw Error(fmt::format("{}: no object has the id {}; there are {} from {} to {}, the nearest is {}", path.string(), id,
                           ids.size(), *least, *most, nearest));
 }
@@ -146,15 +146,15 @@ std::string sights_text(const Evidence& e) {
 
 }  // namespace
 
-Evidence read_evidence(const std::filesystem::path& run, std::uint16_t id) {
+Evidence read_evidence(const std::filesystem::path& run, std::uint32_t id) {
   const std::filesystem::path path = run / "objects.json";
   if (!is_file(path)) {
     throw Error(fmt::format("{}: no objects.json in it; name the folder that panoptic run wrote", run.string()));
   }
   const Json json = read_json_file(path);
   const JsonValue file(json, path.string());
-  const std::uint16_t survivor = survivor_of(id, read_mergers(file));
-  std::vector<std::uint16_t> ids;
+  const std::uint32_t survivor = survivor_of(id, read_mergers(file));
+  std::vector<std::uint32_t> ids;
   const std::vector<JsonValue> objects = file.at("objects").elements();
   for (std::size_t i = 0; i < objects.size(); ++i) {
     ids.push_back(id_of(objects[i].at("id")));

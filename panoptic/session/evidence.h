@@ -16,8 +16,8 @@
 namespace panoptic {
 
 struct Evidence {
-  std::uint16_t asked_id = 0;
-  std::uint16_t id = 0;  // another one if the object that was asked for became part of it
+  std::uint32_t asked_id = 0;
+  std::uint32_t id = 0;  // another one if the object that was asked for became part of it
   std::string class_name;
   std::vector<std::pair<std::string, double>> probabilities;  // the most probable first
 
@@ -49,7 +49,7 @@ struct Evidence {
 };
 
 // Throws Error if the folder holds no run, if a file of it is not as documented, or if there is no such object.
-Evidence read_evidence(const std::filesystem::path& run, std::uint16_t id);
+Evidence read_evidence(const std::filesystem::path& run, std::uint32_t id);
 
 // Several lines for a person.
 std::string to_text(const Evidence& evidence);

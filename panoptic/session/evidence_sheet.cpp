@@ -221,7 +221,7 @@ Rgb tinted(const Rgb& c) {
 }
 
 // The object tinted, everything else pale and grey.
-Mesh with_one_object_in_color(Mesh mesh, LabelSlot id) {
+Mesh with_one_object_in_color(Mesh mesh, PanopticId id) {
   for (MeshVertex& vertex : mesh.vertices) {
     if (vertex.panoptic_id == id) {
       vertex.color = tinted(vertex.color);
@@ -233,7 +233,7 @@ Mesh with_one_object_in_color(Mesh mesh, LabelSlot id) {
   return mesh;
 }
 
-Mesh object_alone(const Mesh& mesh, LabelSlot id) {
+Mesh object_alone(const Mesh& mesh, PanopticId id) {
   Mesh object;
   object.vertices = mesh.vertices;
   for (const auto& t : mesh.triangles) {
@@ -258,7 +258,7 @@ View from_farther(View view, const Vec3d& center, int width, int height) {
 }
 
 void draw_renders(const Mesh& mesh, const Evidence& evidence, const Vec3d& up, Image<Rgb>& sheet) {
-  const LabelSlot id{evidence.id};
+  const PanopticId id{evidence.id};
   const Mesh shown = with_one_object_in_color(mesh, id);
   const std::vector<View> views = default_views(object_alone(mesh, id), up);
   const Vec3d center = (evidence.min_m + evidence.max_m) / 2;

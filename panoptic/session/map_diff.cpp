@@ -21,9 +21,9 @@ namespace {
 constexpr std::size_t kMostPoints = 96;
 
 // The surface voxels of some objects, their centres in metres.
-using Surfaces = std::map<LabelSlot, std::vector<Vec3d>>;
+using Surfaces = std::map<PanopticId, std::vector<Vec3d>>;
 
-Surfaces surfaces_of(const VoxelMap& map, const std::set<LabelSlot>& ids) {
+Surfaces surfaces_of(const VoxelMap& map, const std::map<LabelSlot, PanopticId>& ids) {
   const float band_m = kSurfaceBand_voxels * map.voxel_size_m();
   Surfaces surfaces;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
@@ -32,10 +32,11 @@ Surfaces surfaces_of(const VoxelMap& map, const std::set<LabelSlot>& ids) {
     const Vec3d corner = Vec3d(b.x, b.y, b.z) * kBlockSide + Vec3d::Constant(0.5);
     for (int v = 0; v < kBlockVoxels; ++v) {
       const auto i = static_cast<std::size_t>(v);
-      const auto id = static_cast<LabelSlot>(block.label[i]);
-      if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m || !ids.contains(id)) continue;
+      if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m) continue;
+      const auto id = ids.find(static_cast<LabelSlot>(block.label[i]));
+      if (id == ids.end()) continue;
       const Vec3d within(v % kBlockSide, v / kBlockSide % kBlockSide, v / (kBlockSide * kBlockSide));
-      surfaces[id].push_back((corner + within) * double{map.voxel_size_m()});
+      surfaces[id->second].push_back((corner + within) * double{map.voxel_size_m()});
     }
   }
   return surfaces;
@@ -91,22 +92,22 @@ struct Side {
         objects(MapQuery(map.saved.map, map.saved.objects, map.saved.header.labels).objects()),
         space(map.saved.map, map.frames, double{options_of(map.saved).depth.max_m}) {}
 
-  const FoundObject* find(LabelSlot id) const {
+  const FoundObject* find(PanopticId id) const {
     const auto found = std::find_if(objects.begin(), objects.end(), [&](const FoundObject& o) { return o.id == id; });
     return found == objects.end() ? nullptr : &*found;
   }
 };
 
 // Those of the side that are not matched, and large enough; the others are counted.
-std::vector<Single> singles_of(const Side& side, const std::set<LabelSlot>& matched, const FreeSpace& other,
+std::vector<Single> singles_of(const Side& side, const std::set<PanopticId>& matched, const FreeSpace& other,
                                std::size_t& too_small) {
-  std::set<LabelSlot> ids;
+  std::map<LabelSlot, PanopticId> ids;
   for (const FoundObject& object : side.objects) {
     if (matched.contains(object.id)) continue;
     if (object.voxels < kLeastComparedVoxels) {
       ++too_small;
     } else {
-      ids.insert(object.id);
+      ids[object.slot] = object.id;
     }
   }
   std::vector<Single> singles;
@@ -128,7 +129,7 @@ bool similar(const Single& a, const Single& b, double voxel_size_m) {
 
 // What vanished and what came, in pairs: the nearest first, for things are moved within a room rather than through the house.
 void pair_moved(std::vector<Single>& gone, std::vector<Single>& come, double voxel_size_m, MapDiff& diff) {
-  std::vector<std::tuple<double, LabelSlot, LabelSlot>> candidates;
+  std::vector<std::tuple<double, PanopticId, PanopticId>> candidates;
   for (const Single& a : gone) {
     for (const Single& b : come) {
       if (!a.place_empty() || b.place_taken() || !similar(a, b, voxel_size_m)) continue;
@@ -137,7 +138,7 @@ void pair_moved(std::vector<Single>& gone, std::vector<Single>& come, double vox
   }
   std::sort(candidates.begin(), candidates.end());
   for (const auto& [moved_m, id_a, id_b] : candidates) {
-    const auto is = [](LabelSlot id) { return [id](const Single& s) { return s.object.id == id; }; };
+    const auto is = [](PanopticId id) { return [id](const Single& s) { return s.object.id == id; }; };
     const auto a = std::find_if(gone.begin(), gone.end(), is(id_a));
     const auto b = std::find_if(come.begin(), come.end(), is(id_b));
     if (a == gone.end() || b == come.end()) continue;
@@ -167,8 +168,8 @@ ChangeKind kind_of(const Single& single, ChangeKind if_empty, ChangeKind if_unse
 
 // Ascending by kind, then by ids.
 void sort_changes(std::vector<ObjectChange>& changes) {
-  const auto id = [](const std::optional<FoundObject>& o) { return o ? o->id : LabelSlot::kUnknown; };
-  std::vector<std::tuple<ChangeKind, LabelSlot, LabelSlot, std::size_t>> order;
+  const auto id = [](const std::optional<FoundObject>& o) { return o ? o->id : PanopticId::kUnknown; };
+  std::vector<std::tuple<ChangeKind, PanopticId, PanopticId, std::size_t>> order;
   for (const ObjectChange& c : changes) order.emplace_back(c.kind, id(c.before), id(c.after), order.size());
   std::sort(order.begin(), order.end());
   std::vector<ObjectChange> sorted;
@@ -188,8 +189,8 @@ MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::str
   const Side before(a);
   const Side after(b);
   const std::vector<ObjectMatch> matches = match_objects(a.saved, b.saved);
-  std::set<LabelSlot> matched_a;
-  std::set<LabelSlot> matched_b;
+  std::set<PanopticId> matched_a;
+  std::set<PanopticId> matched_b;
   for (const ObjectMatch& match : matches) {
     matched_a.insert(match.a);
     matched_b.insert(match.b);

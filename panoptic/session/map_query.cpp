@@ -43,12 +43,15 @@ std::map<LabelSlot, double> squared_distances(const VoxelMap& map, const Vec3d& 
 
 MapQuery::MapQuery(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels)
     : map_(map), registry_(objects), labels_(labels) {
-  for (const auto& [id, extent] : label_extents(map)) {
-    const Object* object = registry_.find(id);
+  for (const auto& [slot, extent] : label_extents(map)) {
+    const Object* object = registry_.find(slot);
     if (object == nullptr) continue;
-    FoundObject found{
-        .id = id, .class_id = registry_.class_of(id), .box = box_of(extent, map.voxel_size_m()), .voxels = extent.voxels};
-    for (const ClassProbability& p : registry_.probabilities(id)) {
+    FoundObject found{.id = object->id,
+                      .slot = slot,
+                      .class_id = registry_.class_of(slot),
+                      .box = box_of(extent, map.voxel_size_m()),
+                      .voxels = extent.voxels};
+    for (const ClassProbability& p : registry_.probabilities(slot)) {
       if (p.class_id == found.class_id) found.probability = p.probability;
     }
     found.observations = object->observations;
@@ -56,6 +59,7 @@ MapQuery::MapQuery(const VoxelMap& map, const ObjectRegistry& objects, const Lab
     found.last_frame = object->last_frame;
     objects_.push_back(found);
   }
+  std::ranges::sort(objects_, {}, &FoundObject::id);
 }
 
 std::vector<FoundObject> MapQuery::of_class(std::string_view name) const {
@@ -85,7 +89,7 @@ std::vector<NearObject> MapQuery::nearest(const Vec3d& point_m, std::size_t coun
   std::vector<NearObject> near;
   if (!point_m.allFinite()) return near;
   const std::map<LabelSlot, double> squared = squared_distances(map_, point_m);
-  for (const FoundObject& object : objects_) near.push_back({object, std::sqrt(squared.at(object.id))});
+  for (const FoundObject& object : objects_) near.push_back({object, std::sqrt(squared.at(object.slot))});
   std::sort(near.begin(), near.end(), [](const NearObject& a, const NearObject& b) {
     return std::tuple(a.distance_m, a.object.id) < std::tuple(b.distance_m, b.object.id);
   });
@@ -107,13 +111,14 @@ std::optional<PointAnswer> MapQuery::at(const Vec3d& point_m) const {
   const VoxelBlock* block = map_.find({block_at[0], block_at[1], block_at[2]});
   const auto i = static_cast<std::size_t>(voxel_offset(within[0], within[1], within[2]));
   if (block == nullptr || !(block->weight[i] > 0)) return std::nullopt;
-  const auto id = static_cast<LabelSlot>(block->label[i]);
+  const auto slot = static_cast<LabelSlot>(block->label[i]);
   const float share = label_share(block->label_weight[i], block->vote_sum[i]);
-  return PointAnswer{id, class_of(id), block->distance[i], block->weight[i], id == LabelSlot::kUnknown ? 0.0F : share};
+  return PointAnswer{registry_.id_of(slot), class_of(slot), block->distance[i], block->weight[i],
+                     slot == LabelSlot::kUnknown ? 0.0F : share};
 }
 
-ClassId MapQuery::class_of(LabelSlot id) const {
-  return labels_.is_object(id) ? registry_.class_of(id) : static_cast<ClassId>(number(id));
+ClassId MapQuery::class_of(LabelSlot slot) const {
+  return labels_.is_object(slot) ? registry_.class_of(slot) : static_cast<ClassId>(number(slot));
 }
 
 }  // namespace panoptic

@@ -23,7 +23,8 @@
 namespace panoptic {
 
 struct FoundObject {
-  LabelSlot id = LabelSlot::kUnknown;
+  PanopticId id = PanopticId::kUnknown;
+  LabelSlot slot = LabelSlot::kUnknown;  // by which voxels name it
   ClassId class_id = ClassId::kUnknown;
   double probability = 0;  // of that class, Eq. 12; 0 without evidence
   ExtentBox box{};         // around its surface voxels, and their mean
@@ -40,7 +41,7 @@ struct NearObject {
 
 // What the map holds at a point that was observed.
 struct PointAnswer {
-  LabelSlot id = LabelSlot::kUnknown;
+  PanopticId id = PanopticId::kUnknown;
   ClassId class_id = ClassId::kUnknown;
   float distance_m = 0;   // to the nearest surface, positive in front of it, at most the truncation
   float weight = 0;       // of the observations
@@ -65,7 +66,7 @@ class MapQuery {
   std::optional<PointAnswer> at(const Vec3d& point_m) const;
 
  private:
-  ClassId class_of(LabelSlot id) const;
+  ClassId class_of(LabelSlot slot) const;
 
   const VoxelMap& map_;
   const ObjectRegistry& registry_;

@@ -200,8 +200,7 @@ void OnlinePipeline::fuse_labels(const Job& job) {
       record.position = job.arrived->position;
       checkpoints_->correct(std::move(record));
     }
-    const auto ids = session_.segment_ids();
-    publisher_.labelled({{job.arrived, &job.arrived->frame}, job.segmentation, {ids.begin(), ids.end()}});
+    publisher_.labelled({{job.arrived, &job.arrived->frame}, job.segmentation, session_.segment_ids()});
   }
   const std::lock_guard lock(state_mutex_);
   ++report_.labelled;

@@ -127,7 +127,9 @@ Json history_json(const Object& object, ClassId class_id, const LabelSet& labels
   if (object.observations == 0) {
     history.push_back(fmt::format("after frame {}: found by its shape, no mask ever told it apart", object.first_frame));
   }
-  for (const ObjectPart& part : object.parts) {
+  const std::uint64_t earlier = object.parts.count() - object.parts.latest().size();
+  if (earlier > 0) history.push_back(fmt::format("{} other objects were joined with it earlier, parts of it", earlier));
+  for (const ObjectPart& part : object.parts.latest()) {
     history.push_back(fmt::format("after frame {}: joined with object {}, a part of it", part.frame, number(part.id)));
   }
   const auto own = object.evidence.find(class_id);
@@ -141,9 +143,9 @@ Json history_json(const Object& object, ClassId class_id, const LabelSet& labels
 }
 
 Json to_json(const Object& object, const ObjectShape& shape, const Session& session) {
-  const ClassId class_id = session.objects().class_of(object.id);
+  const ClassId class_id = session.objects().class_of(object.slot);
   Json probabilities = Json::object();
-  for (const ClassProbability& p : session.objects().probabilities(object.id)) {
+  for (const ClassProbability& p : session.objects().probabilities(object.slot)) {
     probabilities[std::string(session.labels().name_of(p.class_id))] = p.probability;
   }
   return {{"id", number(object.id)},
@@ -184,7 +186,7 @@ Json objects_json(const Session& session, const Mesh& mesh) {
     if (object != nullptr) objects.push_back(to_json(*object, shape, session));
   }
   Json merged_into = Json::object();
-  for (const auto& [part, whole] : session.objects().merged()) merged_into[std::to_string(number(part))] = number(whole);
+  for (const MergedObject& m : session.objects().merged()) merged_into[std::to_string(number(m.id))] = number(m.into);
   return {{"objects", std::move(objects)}, {"merged_into", std::move(merged_into)}};
 }
 
@@ -209,6 +211,7 @@ Json report_json(const Session& session, const Options& options, const RunSummar
   report["map_hash"] = fmt::format("{:016x}", session.map().hash());
   report["mesh"] = {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
   report["up"] = to_json(session.up());
+  report["objects_refused"] = session.objects().refused();
   report["label_set"] = session.labels().name();
   report["labels"] = to_json(session.labels());
   report["options"] = to_json(fields(copy));

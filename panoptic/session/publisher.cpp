@@ -15,19 +15,17 @@ namespace {
 std::vector<SnapshotObject> objects_of(const Session& session) {
   std::vector<SnapshotObject> objects;
   const ObjectRegistry& registry = session.objects();
-  std::size_t left = registry.count();
-  for (std::uint32_t id = session.labels().first_thing(); left > 0 && id < kLabelSlots; ++id) {
-    const Object* object = registry.find(static_cast<LabelSlot>(id));
-    if (object == nullptr) continue;
-    --left;
+  for (const Object& object : registry.state().objects) {
+    if (object.id == PanopticId::kUnknown) continue;
     SnapshotObject& o = objects.emplace_back();
-    o.id = object->id;
-    o.class_id = registry.class_of(object->id);
-    o.probabilities = registry.probabilities(object->id);
-    o.first_frame = object->first_frame;
-    o.last_frame = object->last_frame;
-    o.observations = object->observations;
+    o.id = object.id;
+    o.class_id = registry.class_of(object.slot);
+    o.probabilities = registry.probabilities(object.slot);
+    o.first_frame = object.first_frame;
+    o.last_frame = object.last_frame;
+    o.observations = object.observations;
   }
+  std::ranges::sort(objects, {}, &SnapshotObject::id);  // slots may have been given anew
   return objects;
 }
 
@@ -46,14 +44,13 @@ void show_labels(const LabelledFrame& labelled, SnapshotFrame& frame) {
   frame.labelled_index = labelled.frame->index;
   frame.labelled_color = {labelled.frame, &labelled.frame->color};
   const Image<std::uint16_t>& segment_at = labelled.segmentation->segment_at;
-  Image<std::uint16_t> ids(segment_at.width(), segment_at.height());
+  Image<PanopticId> ids(segment_at.width(), segment_at.height());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const std::uint16_t segment = segment_at[i];
     const bool known = segment > 0 && segment <= labelled.segment_ids.size();
-    const LabelSlot id = known ? labelled.segment_ids[segment - 1U] : LabelSlot::kUnknown;
-    ids[i] = id == LabelSlot::kNoVote ? 0 : number(id);
+    ids[i] = known ? labelled.segment_ids[segment - 1U] : PanopticId::kUnknown;
   }
-  frame.labelled_ids = std::make_shared<const Image<std::uint16_t>>(std::move(ids));
+  frame.labelled_ids = std::make_shared<const Image<PanopticId>>(std::move(ids));
 }
 
 }  // namespace
@@ -89,7 +86,7 @@ SessionCapture SnapshotPublisher::capture(Session& session, RunState run) {
   capture.frame = frame_of(newest_);
   capture.labelled = labelled_;
   if (capture.labelled) {
-    for (LabelSlot& id : capture.labelled->segment_ids) id = session.objects().survivor(id);
+    for (PanopticId& id : capture.labelled->segment_ids) id = session.objects().survivor(id);
   }
   run.frames_used = session.frames().used();
   run.frames_labelled = session.labelled();
@@ -124,7 +121,7 @@ void SnapshotPublisher::take_up_chunks(const SessionCapture& capture, Snapshot& 
 }
 
 void SnapshotPublisher::measure_objects(SessionCapture& capture, Snapshot& snapshot) const {
-  std::map<LabelSlot, ObjectPart> whole;
+  std::map<PanopticId, ObjectPart> whole;
   for (const std::vector<ObjectPart>& parts : parts_) {
     for (const ObjectPart& part : parts) {
       ObjectPart& object = whole.try_emplace(part.id, ObjectPart{part.id, 0, part.min_m, part.max_m}).first->second;

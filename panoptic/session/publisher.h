@@ -19,7 +19,7 @@ namespace panoptic {
 struct LabelledFrame {
   std::shared_ptr<const Frame> frame;
   std::shared_ptr<const Segmentation> segmentation;
-  std::vector<LabelSlot> segment_ids;  // Session::segment_ids after it was added
+  std::vector<PanopticId> segment_ids;  // Session::segment_ids after it was added
 };
 
 // Where the camera was: never more than kMaxPathPoints, as evenly as that allows, and the newest place.
@@ -66,7 +66,7 @@ class SnapshotPublisher {
  private:
   // The surface of one object in one chunk.
   struct ObjectPart {
-    LabelSlot id = LabelSlot::kUnknown;
+    PanopticId id = PanopticId::kUnknown;
     std::uint64_t vertices = 0;
     Vec3f min_m = Vec3f::Zero();
     Vec3f max_m = Vec3f::Zero();

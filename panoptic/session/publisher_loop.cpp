@@ -12,8 +12,7 @@ void LoopPublisher::added(std::shared_ptr<const Frame> frame, std::shared_ptr<co
   publisher_.fused(frame);
   if (segmentation->segment_at.empty()) return;
   label_rate_.count(now_s);
-  const auto ids = session_.segment_ids();
-  publisher_.labelled({std::move(frame), std::move(segmentation), {ids.begin(), ids.end()}});
+  publisher_.labelled({std::move(frame), std::move(segmentation), session_.segment_ids()});
 }
 
 void LoopPublisher::at(std::uint64_t done) {

@@ -76,7 +76,7 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
     skip({frame.index, *reason});
     return reason;
   }
-  if (objects_.wants_retirement()) retire_unused();
+  if (objects_.wants_retirement()) retire_objects();
 
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
@@ -116,7 +116,7 @@ std::optional<std::string> Session::add_geometry(const Frame& frame) {
 
 std::optional<std::string> Session::add_labels(const Frame& frame, const Segmentation& segmentation) {
   if (std::optional<std::string> reason = why_refused(frame, segmentation)) return reason;
-  if (objects_.wants_retirement()) retire_unused();
+  if (objects_.wants_retirement()) retire_objects();
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (std::optional<std::string> reason = why_unfit(frame, registered)) return reason;
@@ -156,18 +156,32 @@ void Session::count_labels(const Segmentation& segmentation) {
 }
 
 void Session::note_together() {
-  std::vector<LabelSlot> seen;
+  std::vector<PanopticId> seen;
   for (std::size_t s = 0; s < tracker_.segment_ids().size(); ++s) {
-    const LabelSlot id = tracker_.segment_ids()[s];
-    if (objects_.find(id) != nullptr && tracker_.segment_areas_px()[s] > 0) seen.push_back(id);
+    const Object* object = objects_.find(tracker_.segment_ids()[s]);
+    if (object != nullptr && tracker_.segment_areas_px()[s] > 0) seen.push_back(object->id);
   }
   maintenance_.saw_together(seen);
+}
+
+std::vector<PanopticId> Session::segment_ids() const {
+  std::vector<PanopticId> ids;
+  for (const LabelSlot slot : tracker_.segment_ids()) ids.push_back(objects_.id_of(slot));
+  return ids;
+}
+
+// An object whose last voxel was overruled lives on as long as frames voted for it: its surroundings may come to take its side.
+// Covisibility names objects by their ids, and so does what was gathered (now_called), so neither holds a slot.
+void Session::retire_objects() {
+  std::vector<bool> in_use = ids_in_use(map_);
+  regularizer_.votes().add_in_use(in_use);
+  objects_.retire_unused(in_use, regularizer_.named_slots());
 }
 
 void Session::regularize() {
   if (!regularizes_) return;
   const Stopwatch stopwatch;
-  if (regularizer_.run(map_) > 0) retire_unused();
+  if (regularizer_.run(map_) > 0) retire_objects();
   profile_.add("regularize", stopwatch.seconds());
 }
 
@@ -184,17 +198,32 @@ std::vector<std::vector<Slot>> Session::choose_submaps() {
   return submaps;
 }
 
+SubmapGraph Session::gather(const std::vector<Slot>& blocks) const {
+  SubmapGraph submap = regularizer_.gather(map_, blocks);
+  submap.next_id = objects_.next_id();
+  return submap;
+}
+
+// The label now of what a label named when `next_id` was the registry's. Nothing if the object is no more, or if its slot was
+// given anew since.
+std::optional<std::uint16_t> Session::now_called(std::uint16_t label, PanopticId next_id) const {
+  const auto slot = static_cast<LabelSlot>(label);
+  if (!labels_.is_object(slot)) return label;
+  const PanopticId id = objects_.named_by(slot);
+  const Object* object = objects_.find(objects_.survivor(id));
+  return object == nullptr || id >= next_id ? std::nullopt : std::optional(number(object->slot));
+}
+
 void Session::write_back(SubmapChanges changes) {
-  // False: the object is no more.
-  const auto is_there = [&](std::uint16_t& label) {
-    const auto id = static_cast<LabelSlot>(label);
-    if (!labels_.is_object(id)) return true;
-    label = number(objects_.survivor(id));
-    return objects_.find(objects_.survivor(id)) != nullptr;
-  };
   std::erase_if(changes.changes, [&](LabelChange& change) {
     CoreVoxel& before = change.before;
-    if (!is_there(before.held.label) || !is_there(before.voted.label) || !is_there(change.label.label)) return true;
+    const auto held = now_called(before.held.label, changes.next_id);
+    const auto voted = now_called(before.voted.label, changes.next_id);
+    const auto label = now_called(change.label.label, changes.next_id);
+    if (!held || !voted || !label) return true;
+    before.held.label = *held;
+    before.voted.label = *voted;
+    change.label.label = *label;
     if (change.label.label == before.voted.label) change.label.weight = std::min(before.voted.weight, before.vote_sum);
     return change.label.label == before.held.label;
   });
@@ -210,29 +239,22 @@ void Session::finish() {
   forget_votes_without_voxels();
 }
 
-// An object whose last voxel was overruled lives on as long as frames voted for it: its surroundings may come to take its side.
-void Session::retire_unused() {
-  std::vector<bool> in_use = ids_in_use(map_);
-  regularizer_.votes().add_in_use(in_use);
-  objects_.retire_unused(in_use);
-}
-
 void Session::forget_votes_without_voxels() {
   const std::vector<bool> in_use = ids_in_use(map_);
   regularizer_.votes().forget_unused(in_use);
-  objects_.retire_unused(in_use);
+  objects_.retire_unused(in_use, regularizer_.named_slots());
 }
 
 const std::vector<std::shared_ptr<const MeshChunk>>& Session::surface() {
   const Stopwatch stopwatch;
-  mesher_.update(map_);
+  mesher_.update(map_, objects_);
   profile_.add("mesh", stopwatch.seconds());
   return mesher_.chunks();
 }
 
 Mesh Session::mesh() {
   const Stopwatch stopwatch;
-  mesher_.update(map_);
+  mesher_.update(map_, objects_);
   Mesh mesh = mesher_.assemble(map_, objects_, labels_);
   profile_.add("mesh", stopwatch.seconds());
   return mesh;

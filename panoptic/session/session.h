@@ -67,7 +67,7 @@ class Session {
   // its argument (and may be called while another thread uses the session), write_back changes the map: not where a frame did
   // meanwhile, and what is about objects that were merged since is about what they are now, or dropped if they are no more.
   std::vector<std::vector<Slot>> choose_submaps();
-  SubmapGraph gather(const std::vector<Slot>& blocks) const { return regularizer_.gather(map_, blocks); }
+  SubmapGraph gather(const std::vector<Slot>& blocks) const;
   SubmapChanges solve(const SubmapGraph& submap) const { return regularizer_.solve(submap); }
   void write_back(SubmapChanges changes);
 
@@ -86,7 +86,7 @@ class Session {
   const FrameLog& frames() const { return frames_; }
   std::uint64_t labelled() const { return labelled_; }  // frames that came with a prediction
   // Per segment of the last frame that was added, or whose labels were: which it is in the map.
-  std::span<const LabelSlot> segment_ids() const { return tracker_.segment_ids(); }
+  std::vector<PanopticId> segment_ids() const;
   // Stages "register", "reference", "track", "integrate", their sum "fusion", "maintain", "regularize" and "mesh"; callers add
   // their own.
   Profile& profile() { return profile_; }
@@ -109,7 +109,8 @@ class Session {
   void count_frame(const Frame& frame);
   void count_labels(const Segmentation& segmentation);
   void note_together();
-  void retire_unused();
+  void retire_objects();
+  std::optional<std::uint16_t> now_called(std::uint16_t label, PanopticId next_id) const;
   SoFar so_far() const { return {up(), last_frame_, labelled_}; }
 
   LabelSet labels_;

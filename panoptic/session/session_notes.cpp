@@ -33,12 +33,14 @@ Bytes together_bytes(const SeenTogether& together) {
   return bytes;
 }
 
+// `Id`: what ids were in that format.
+template <typename Id>
 SeenTogether together_from(const Bytes& bytes) {
   SeenTogether together;
   ByteReader reader(bytes);
   while (reader.left() > 0) {
-    const auto first = static_cast<LabelSlot>(reader.take<std::uint16_t>());
-    const auto second = static_cast<LabelSlot>(reader.take<std::uint16_t>());
+    const auto first = static_cast<PanopticId>(reader.take<Id>());
+    const auto second = static_cast<PanopticId>(reader.take<Id>());
     const auto frames = reader.take<std::uint32_t>();
     const std::pair pair(first, second);
     if (reader.is_short() || !(first < second) || together.contains(pair)) refuse(kTogether);
@@ -73,8 +75,11 @@ OverruledVote take_vote(ByteReader& reader) {
 }
 
 std::vector<std::vector<OverruledVote>> overruled_from(const Bytes& bytes, const SavedMap& saved) {
-  const std::size_t ids = saved.objects.first_thing() + saved.objects.state().objects.size();
-  const auto may_be = [&](const VoxelLabel& l) { return l.label < ids && std::isfinite(l.weight) && l.weight >= 0; };
+  const auto may_be = [&](const VoxelLabel& l) {
+    const bool names =
+        l.label < saved.objects.first_thing() || saved.objects.named_by(LabelSlot{l.label}) != PanopticId::kUnknown;
+    return names && std::isfinite(l.weight) && l.weight >= 0;
+  };
   std::vector<std::vector<OverruledVote>> votes;
   ByteReader reader(bytes);
   while (reader.left() > 0) {
@@ -157,7 +162,8 @@ MapNotes notes_of(const SessionState& state) {
 SessionState session_state(const SavedMap& saved, const std::vector<FrameRecord>& frames) {
   SessionState state;
   read_counters(saved, state);
-  state.together = together_from(state_bytes(saved, kTogether));
+  const Bytes& together = state_bytes(saved, kTogether);
+  state.together = saved.format == 1 ? together_from<std::uint16_t>(together) : together_from<std::uint32_t>(together);
   state.regularizer.votes = overruled_from(state_bytes(saved, kOverruled), saved);
   state.regularizer.handled = epochs_from(state_bytes(saved, kRegularized), saved.map);
   for (const FrameRecord& frame : frames) {

@@ -31,7 +31,7 @@ struct SnapshotChunk {
 };
 
 struct SnapshotObject {
-  LabelSlot id = LabelSlot::kUnknown;
+  PanopticId id = PanopticId::kUnknown;
   ClassId class_id = ClassId::kUnknown;
   std::vector<ClassProbability> probabilities;  // Eq. 12, sorted by class id
   std::int64_t first_frame = 0;
@@ -53,7 +53,7 @@ struct SnapshotFrame {
   // pixels.
   std::int64_t labelled_index = -1;
   std::shared_ptr<const Image<Rgb>> labelled_color;
-  std::shared_ptr<const Image<std::uint16_t>> labelled_ids;
+  std::shared_ptr<const Image<PanopticId>> labelled_ids;
 };
 
 struct StageTime {

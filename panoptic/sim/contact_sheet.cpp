@@ -63,7 +63,7 @@ Image<Rgb> instance_picture(const Rendering& rendering, const LabelSet& labels) 
   Image<Rgb> picture = class_picture(rendering.class_id, labels);
   for (std::size_t i = 0; i < picture.size(); ++i) {
     if (rendering.instance[i] == 0) continue;
-    picture[i] = color_of(static_cast<LabelSlot>(labels.first_thing() + rendering.instance[i]), labels);
+    picture[i] = color_of(static_cast<PanopticId>(labels.first_thing() + rendering.instance[i]), labels);
   }
   return picture;
 }

@@ -51,8 +51,9 @@ void TruthBuilder::add(const SimulatedFrame& simulated) {
 ScanTruth TruthBuilder::finish(const Simulation& simulation) const {
   const LabelSet labels = load_label_set("scannet20");
   Mesher mesher(MesherOptions{});
-  mesher.update(map_);
-  Mesh mesh = mesher.assemble(map_, ObjectRegistry(labels.first_thing()), labels);
+  const ObjectRegistry no_objects(labels.first_thing());
+  mesher.update(map_, no_objects);
+  Mesh mesh = mesher.assemble(map_, no_objects, labels);
   ScanTruth truth;
   truth.scene = scene_name(simulation.options().seed);
   for (const MeshVertex& vertex : mesh.vertices) {

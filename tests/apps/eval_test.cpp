@@ -129,7 +129,7 @@ fs::path write_scan_and_run(const fs::path& scan) {
                              {0, 0, 1},
                              {},
                              ClassId{static_cast<std::uint16_t>(is_wall ? 1 : 4)},
-                             LabelSlot{static_cast<std::uint16_t>(is_wall ? 1 : 40)}});
+                             PanopticId{is_wall ? 1U : 40U}});
     if (i % 20 != 19 && i / 20 % 20 != 19)
       truth.triangles.push_back({std::uint32_t(i), std::uint32_t(i + 1), std::uint32_t(i + 20)});
   }

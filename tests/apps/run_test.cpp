@@ -56,7 +56,7 @@ TEST_F(Run, TheBallIsOneChairInObjectsAndMesh) {
   EXPECT_NEAR(objects[0]["probabilities"]["chair"].get<double>(), 1, 1e-6);
   for (const char* key : {"box", "oriented_box", "centroid_m", "surface_area_m2"}) EXPECT_TRUE(objects[0].contains(key)) << key;
   const Mesh mesh = read_ply(out_ / "mesh.ply");
-  const auto id = static_cast<LabelSlot>(objects[0]["id"].get<int>());
+  const auto id = static_cast<PanopticId>(objects[0]["id"].get<int>());
   EXPECT_GT(std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [&](const MeshVertex& v) { return v.panoptic_id == id; }),
             500);
 }

@@ -238,19 +238,28 @@ int distance(Rgb a, Rgb b) { return std::abs(a.r - b.r) + std::abs(a.g - b.g) + 
 
 TEST(ColorOf, NeighbouringObjectsHaveDistinctColours) {
   const LabelSet labels = small_set();
-  const auto color = [&](int k) { return color_of(static_cast<LabelSlot>(labels.first_thing() + k), labels); };
+  const auto color = [&](int k) { return color_of(static_cast<PanopticId>(labels.first_thing() + k), labels); };
   constexpr int kClear = 40;
   for (int k = 0; k < 500; ++k) {
     for (int next = 1; next <= 4; ++next) EXPECT_GT(distance(color(k), color(k + next)), kClear) << k << " and " << k + next;
   }
 }
 
+// As pictures of earlier versions show them.
+TEST(ColorOf, SmallIdsKeepTheirColoursAndLargeOnesHaveSome) {
+  const LabelSet labels = small_set();
+  const auto color = [&](std::uint32_t k) { return color_of(static_cast<PanopticId>(labels.first_thing() + k), labels); };
+  EXPECT_EQ(color(0), (Rgb{242, 109, 109}));
+  EXPECT_EQ(color(1), (Rgb{63, 107, 212}));
+  EXPECT_GT(distance(color(4'000'000'000), color(4'000'000'001)), 40);
+}
+
 TEST(ColorOf, StuffHasItsClassColourAndUnknownIsGrey) {
   const LabelSet labels = small_set();
-  EXPECT_EQ(color_of(LabelSet::of_class(id(2)), labels), (Rgb{7, 8, 9}));
-  const Rgb grey = color_of(LabelSlot::kUnknown, labels);
+  EXPECT_EQ(color_of(LabelSet::id_of_class(id(2)), labels), (Rgb{7, 8, 9}));
+  const Rgb grey = color_of(PanopticId::kUnknown, labels);
   EXPECT_TRUE(grey.r == grey.g && grey.g == grey.b);
-  EXPECT_EQ(color_of(static_cast<LabelSlot>(5), labels), grey) << "a stuff number without a class";
+  EXPECT_EQ(color_of(static_cast<PanopticId>(5), labels), grey) << "a stuff number without a class";
 }
 
 }  // namespace

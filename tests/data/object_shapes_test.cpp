@@ -19,15 +19,15 @@ using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 
 constexpr auto kChair = static_cast<ClassId>(3);
-constexpr auto kFirst = static_cast<LabelSlot>(7);
-constexpr auto kSecond = static_cast<LabelSlot>(9);
+constexpr auto kFirst = static_cast<PanopticId>(7);
+constexpr auto kSecond = static_cast<PanopticId>(9);
 
-void add_vertex(Mesh& mesh, const Vec3d& position, LabelSlot id = kFirst, ClassId class_id = kChair) {
+void add_vertex(Mesh& mesh, const Vec3d& position, PanopticId id = kFirst, ClassId class_id = kChair) {
   mesh.vertices.push_back({position.cast<float>(), Vec3f::UnitZ(), {}, class_id, id});
 }
 
 // One face of a box as a grid of squares, so that its corners get no more weight than its middle.
-void add_face(Mesh& mesh, const Vec3d& corner, const Vec3d& a, const Vec3d& b, LabelSlot id) {
+void add_face(Mesh& mesh, const Vec3d& corner, const Vec3d& a, const Vec3d& b, PanopticId id) {
   constexpr int kSteps = 5;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   for (int j = 0; j <= kSteps; ++j) {
@@ -43,7 +43,7 @@ void add_face(Mesh& mesh, const Vec3d& corner, const Vec3d& a, const Vec3d& b, L
 }
 
 // All six faces of a box of that size around the origin, moved by `pose`.
-void add_box(Mesh& mesh, const Vec3d& size, const Pose& pose, LabelSlot id = kFirst) {
+void add_box(Mesh& mesh, const Vec3d& size, const Pose& pose, PanopticId id = kFirst) {
   const Vec3d corner = pose * (-0.5 * size);
   const Matrix3d edges = pose.linear() * size.asDiagonal();
   for (int k = 0; k < 3; ++k) {
@@ -144,7 +144,7 @@ TEST(ObjectShapes, EveryIdButUnknownGetsAShapeInAscendingOrder) {
   Mesh mesh;
   add_box(mesh, {1, 1, 1}, turned({0, 0, 1}, 0.3, {5, 0, 0}), kSecond);
   add_box(mesh, {1, 1, 1}, Pose::Identity(), kFirst);
-  add_box(mesh, {9, 9, 9}, Pose::Identity(), LabelSlot::kUnknown);
+  add_box(mesh, {9, 9, 9}, Pose::Identity(), PanopticId::kUnknown);
   const auto shapes = object_shapes(mesh);
   ASSERT_EQ(shapes.size(), 2U);
   EXPECT_EQ(shapes[0].id, kFirst);
@@ -191,7 +191,7 @@ TEST(ObjectShapes, DegenerateObjectsHaveNoExtentAndNoNan) {
 TEST(ObjectShapes, OneThreadAndTwoGiveTheSame) {
   Mesh mesh;
   for (int i = 0; i < 12; ++i) {
-    add_box(mesh, {1.0 + i, 0.5, 0.2}, turned({1, 2, 3}, 0.4 * i, {3.0 * i, 0, 0}), static_cast<LabelSlot>(5 + i));
+    add_box(mesh, {1.0 + i, 0.5, 0.2}, turned({1, 2, 3}, 0.4 * i, {3.0 * i, 0, 0}), static_cast<PanopticId>(5 + i));
   }
   set_thread_count(1);
   const auto one = object_shapes(mesh);

@@ -62,7 +62,7 @@ LabelledMap map_of(const ScanTruth& truth, const Vec3f& offset_m) {
     const bool is_wall = truth.class_id[v] == kWall;
     vertex.class_id = map.labels.find(is_wall ? "wall" : "chair")->id;
     vertex.panoptic_id =
-        is_wall ? LabelSet::of_class(vertex.class_id) : static_cast<LabelSlot>(map.labels.first_thing() + truth.instance[v]);
+        is_wall ? LabelSet::id_of_class(vertex.class_id) : static_cast<PanopticId>(map.labels.first_thing() + truth.instance[v]);
     map.mesh.vertices.push_back(vertex);
   }
   map.mesh.triangles = truth.triangles;
@@ -129,14 +129,14 @@ TEST(Evaluation, RanksInstancesByTheirConfidence) {
   const std::uint16_t first = map.labels.first_thing();
   for (std::size_t v = 0; v < 400; ++v) {  // the wall is taken for a chair
     map.mesh.vertices[v].class_id = map.labels.find("chair")->id;
-    map.mesh.vertices[v].panoptic_id = static_cast<LabelSlot>(first);
+    map.mesh.vertices[v].panoptic_id = static_cast<PanopticId>(first);
   }
   ScanTruth floor_truth = truth;
   for (std::size_t v = 0; v < 400; ++v) floor_truth.class_id[v] = ClassId{7}, floor_truth.instance[v] = 9;  // a table
   const auto ap50 = [&](double false_one) {
-    map.confidence = {{static_cast<LabelSlot>(first), false_one},
-                      {static_cast<LabelSlot>(first + 1), 0.5},
-                      {static_cast<LabelSlot>(first + 2), 0.5}};
+    map.confidence = {{static_cast<PanopticId>(first), false_one},
+                      {static_cast<PanopticId>(first + 1), 0.5},
+                      {static_cast<PanopticId>(first + 2), 0.5}};
     Evaluation evaluation;
     evaluation.add(map, floor_truth);
     return evaluation.scores().instance->classes[4].ap50.value();
@@ -206,7 +206,7 @@ TEST(MapClasses, MakeNoMaskOfARegionWithoutIdentity) {
   map.labels = load_label_set("home");
   for (MeshVertex& vertex : map.mesh.vertices) {
     vertex.class_id = map.labels.find("cabinet")->id;
-    vertex.panoptic_id = LabelSet::of_class(vertex.class_id);
+    vertex.panoptic_id = LabelSet::id_of_class(vertex.class_id);
   }
   const LabelledVertices carried = carry_labels(map, truth.positions);
   EXPECT_EQ(carried.labels.class_id[5], ClassId{3});
@@ -233,7 +233,7 @@ TEST(RunFolder, GivesTheMapItsLabelsAndConfidences) {
   EXPECT_EQ(map.voxel_size_m, 0.03);
   EXPECT_EQ(map.labels.name(), "mine");
   EXPECT_TRUE(map.labels.is_thing(ClassId{4}));
-  EXPECT_DOUBLE_EQ(map.confidence.at(LabelSlot{41}), 0.5 * 30 / 40);
+  EXPECT_DOUBLE_EQ(map.confidence.at(PanopticId{41}), 0.5 * 30 / 40);
 }
 
 TEST(RunFolder, WarnsOfAnIncompleteRun) {

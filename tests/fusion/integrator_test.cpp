@@ -220,13 +220,14 @@ double distance_to_surface(const Vec3d& p) { return std::min(std::abs(p.norm() -
 
 struct SurfaceError {
   double mean_m = 0;
-  std::map<std::array<int, 3>, LabelSlot> label_at;  // by voxel
+  std::map<std::array<int, 3>, PanopticId> label_at;  // by voxel
 };
 
 SurfaceError surface_error(const VoxelMap& map) {
   Mesher mesher({});
-  mesher.update(map);
-  const Mesh mesh = mesher.assemble(map, ObjectRegistry(100), {});
+  const ObjectRegistry objects(100);
+  mesher.update(map, objects);
+  const Mesh mesh = mesher.assemble(map, objects, {});
   SurfaceError result;
   for (const MeshVertex& v : mesh.vertices) {
     result.mean_m += distance_to_surface(v.position.cast<double>()) / static_cast<double>(mesh.vertices.size());

@@ -62,9 +62,10 @@ VoxelMap fused_ball(double radius) {
 }
 
 Mesh mesh_of(const VoxelMap& map) {
+  const ObjectRegistry objects(4);
   Mesher mesher({});
-  mesher.update(map);
-  return mesher.assemble(map, ObjectRegistry(4), test::test_labels());
+  mesher.update(map, objects);
+  return mesher.assemble(map, objects, test::test_labels());
 }
 
 TEST(MarchingCubesTable, EveryPatternIsBoundedOnlyOnTheFacesOfItsCell) {
@@ -122,7 +123,7 @@ TEST(Mesher, AFusedBallHasTheRightSizeAndFacesOutwards) {
     ASSERT_NEAR((v.position - center).norm(), 0.5, 0.012);
     ASSERT_NEAR(v.normal.norm(), 1, 1e-5);
     ASSERT_GT(v.normal.dot((v.position - center).normalized()), 0.8F);
-    ASSERT_EQ(v.panoptic_id, LabelSlot{1});
+    ASSERT_EQ(v.panoptic_id, PanopticId{1});
     ASSERT_EQ(v.class_id, ClassId{1});
   }
 }
@@ -168,9 +169,9 @@ TEST(Mesher, AnUpdateOfWhatChangedEqualsAFreshMesh) {
                                      test::look_at({1.5 * std::cos(i * 0.3), 0.2 * i, 1.5 * std::sin(i * 0.3)}, {0, 0, 0}), i);
     const RegisteredFrame& registered = registration.apply(frame, {});
     integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot{1}), map);
-    incremental.update(map);
+    incremental.update(map, ObjectRegistry(4));
   }
-  EXPECT_EQ(incremental.update(map), 0U) << "nothing changed, nothing to do";
+  EXPECT_EQ(incremental.update(map, ObjectRegistry(4)), 0U) << "nothing changed, nothing to do";
   const Mesh a = incremental.assemble(map, ObjectRegistry(4), test::test_labels());
   const Mesh b = mesh_of(map);
   ASSERT_EQ(a.vertices.size(), b.vertices.size());
@@ -201,11 +202,41 @@ TEST(Mesher, ObjectsGetTheClassOfTheirEvidence) {
   ObjectRegistry objects(4);
   objects.observe(*objects.create(), {ClassId{3}, 1.0F, {}}, 0);
   Mesher mesher({});
-  mesher.update(map);
+  mesher.update(map, objects);
   const Mesh mesh = mesher.assemble(map, objects, test::test_labels());
   ASSERT_FALSE(mesh.vertices.empty());
   EXPECT_EQ(mesh.vertices[0].class_id, ClassId{3});
-  EXPECT_EQ(mesh.vertices[0].panoptic_id, LabelSlot{4});
+  EXPECT_EQ(mesh.vertices[0].panoptic_id, PanopticId{4});
+}
+
+// Who holds an older chunk sees the object that was there, whoever has its slot now.
+TEST(Mesher, AChunkKeepsItsIdWhenTheSlotIsGivenAnew) {
+  VoxelMap map({});
+  VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
+  block.weight.fill(1);
+  block.label.fill(4);
+  for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
+  ObjectRegistry objects(4);
+  while (objects.create()) continue;
+  Mesher mesher({});
+  mesher.update(map, objects);
+  const std::shared_ptr<const MeshChunk> before = mesher.chunks()[0];
+
+  const auto relabel = [&](std::uint16_t label) {
+    map.begin_epoch();
+    map.block(0).label.fill(label);
+    map.mark_changed(0);
+  };
+  relabel(1);
+  std::vector<bool> in_use(kLabelSlots, true);
+  in_use[4] = false;
+  objects.retire_unused(in_use);
+  ASSERT_EQ(objects.create(), LabelSlot{4});
+  relabel(4);
+  mesher.update(map, objects);
+  EXPECT_EQ(before->vertices[0].panoptic_id, PanopticId{4});
+  EXPECT_EQ(mesher.chunks()[0]->vertices[0].panoptic_id, PanopticId{65535});
+  EXPECT_EQ(mesher.assemble(map, objects, test::test_labels()).vertices[0].panoptic_id, PanopticId{65535});
 }
 
 }  // namespace

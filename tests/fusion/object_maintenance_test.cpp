@@ -47,7 +47,7 @@ TEST(ObjectMaintenance, ChangesNothingWhenDisabled) {
   const std::uint64_t hash = world.map.hash();
   const std::uint64_t epoch = world.map.epoch();
   const std::size_t objects = world.objects.count();
-  world.maintenance.saw_together(std::vector{pid(10), pid(11)});
+  world.maintenance.saw_together(std::vector{PanopticId{10}, PanopticId{11}});
   world.run();
   world.finish();
   EXPECT_EQ(world.map.hash(), hash);

@@ -72,7 +72,7 @@ TEST(ObjectMaintenance, DoesNotMergeWhatWasOftenSeenAsTwoMasksAtOnce) {
   for (const int together : {4, 5}) {  // of 20 observations each; the limit is a fifth
     World world;
     const Halves halves = add_halves(world, kChair, kChair);
-    const std::vector<LabelSlot> both = {halves.smaller, halves.larger};
+    const std::vector both = {world.objects.id_of(halves.smaller), world.objects.id_of(halves.larger)};
     for (int t = 0; t < together; ++t) world.maintenance.saw_together(both);
     world.run();
     EXPECT_EQ(world.ids().size(), together == 4 ? 1U : 2U);
@@ -86,7 +86,8 @@ TEST(ObjectMaintenance, KeepsApartWhatWasSeenTogetherWithAMergedPart) {
   const LabelSlot large = world.seen(kChair);
   const LabelSlot part = world.seen(kChair);
   const LabelSlot neighbour = world.seen(kChair);
-  for (int t = 0; t < 15; ++t) world.maintenance.saw_together(std::vector{part, neighbour});
+  for (int t = 0; t < 15; ++t)
+    world.maintenance.saw_together(std::vector{world.objects.id_of(part), world.objects.id_of(neighbour)});
   add_to(world, {solid_box({-0.4, 0, 0}, {0, 0.4, 0.4}, large), solid_box({0, 0, 0}, {0.06, 0.4, 0.4}, part),
                  solid_box({0.06, 0, 0}, {0.18, 0.4, 0.4}, neighbour)});
   world.run();

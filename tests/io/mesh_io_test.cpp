@@ -21,15 +21,18 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr std::size_t kVertexBytes = 31;
+constexpr std::size_t kVertexBytes = 33;
 constexpr std::size_t kFaceBytes = 13;
 
 Mesh one_triangle() {
   Mesh mesh;
   for (int i = 0; i < 3; ++i) {
     const auto f = static_cast<float>(i);
-    mesh.vertices.push_back(
-        {{f, f + 0.25F, -f}, {0, 0, -1}, {1, 2, 250}, static_cast<ClassId>(3), static_cast<LabelSlot>(65000 + i)});
+    mesh.vertices.push_back({{f, f + 0.25F, -f},
+                             {0, 0, -1},
+                             {1, 2, 250},
+                             static_cast<ClassId>(3),
+                             static_cast<PanopticId>(4'000'000'000U + static_cast<std::uint32_t>(i))});
   }
   mesh.triangles.push_back({0, 1, 2});
   return mesh;
@@ -62,7 +65,7 @@ TEST(MeshIo, WritesTheDocumentedHeaderAndRecords) {
   const std::string header =
       "ply\nformat binary_little_endian 1.0\ncomment PanopticFusion: metres, world axes of the recording\nelement vertex 3\n"
       "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty ushort class_id\nproperty ushort panoptic_id\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty ushort class_id\nproperty uint panoptic_id\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
   ASSERT_EQ(bytes.substr(0, header.size()), header);
   ASSERT_EQ(bytes.size(), header.size() + 3 * kVertexBytes + kFaceBytes);
@@ -71,9 +74,9 @@ TEST(MeshIo, WritesTheDocumentedHeaderAndRecords) {
   std::memcpy(&y, second + 4, sizeof(y));
   EXPECT_EQ(y, 1.25F);
   EXPECT_EQ(static_cast<std::uint8_t>(second[26]), 250);
-  std::uint16_t panoptic_id = 0;
+  std::uint32_t panoptic_id = 0;
   std::memcpy(&panoptic_id, second + 29, sizeof(panoptic_id));
-  EXPECT_EQ(panoptic_id, 65001);
+  EXPECT_EQ(panoptic_id, 4'000'000'001U);
   EXPECT_EQ(bytes.substr(bytes.size() - kFaceBytes), std::string("\3\0\0\0\0\1\0\0\0\2\0\0\0", kFaceBytes));
 }
 
@@ -91,6 +94,28 @@ TEST(MeshIo, ReadsBackWhatItWrote) {
     ASSERT_EQ(read.vertices[i].class_id, room.vertices[i].class_id);
     ASSERT_EQ(read.vertices[i].panoptic_id, room.vertices[i].panoptic_id);
   }
+}
+
+// Ids had 16 bits once.
+TEST(MeshIo, ReadsMeshesWithShortIds) {
+  const auto folder = test::fresh_folder("mesh_io_short_ids");
+  Mesh mesh = one_triangle();
+  for (std::size_t i = 0; i < 3; ++i) mesh.vertices[i].panoptic_id = PanopticId{65'000 + static_cast<std::uint32_t>(i)};
+  const std::string bytes = bytes_of(mesh, folder);
+  const std::size_t records = bytes.find("end_header\n") + 11;
+  std::string old = replaced(bytes.substr(0, records), "uint panoptic_id", "ushort panoptic_id");
+  for (std::size_t i = 0; i < 3; ++i) old += bytes.substr(records + i * kVertexBytes, kVertexBytes - 2);
+  old += bytes.substr(records + 3 * kVertexBytes);
+  std::ofstream(folder / "old.ply", std::ios::binary) << old;
+  const Mesh read = read_ply(folder / "old.ply");
+  EXPECT_EQ(read.triangles, mesh.triangles);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(read.vertices[i].position, mesh.vertices[i].position);
+    EXPECT_EQ(read.vertices[i].panoptic_id, mesh.vertices[i].panoptic_id);
+  }
+  EXPECT_THAT(why_refused(folder, old + "xx"), HasSubstr("bytes follow the header"));
+  EXPECT_THAT(why_refused(folder, replaced(bytes, "uint panoptic_id", "int panoptic_id")),
+              HasSubstr("line 14 is not 'property uint panoptic_id'"));
 }
 
 TEST(MeshIo, AnEmptyMeshIsAFileToo) {

@@ -28,11 +28,11 @@ inline LabelSet room_labels() {
 struct Paint {
   Rgb color;
   ClassId class_id = ClassId::kUnknown;
-  LabelSlot panoptic_id = LabelSlot::kUnknown;
+  PanopticId panoptic_id = PanopticId::kUnknown;
 };
 
 inline Paint paint(Rgb color, int class_id, int panoptic_id) {
-  return {color, static_cast<ClassId>(class_id), static_cast<LabelSlot>(panoptic_id)};
+  return {color, static_cast<ClassId>(class_id), static_cast<PanopticId>(panoptic_id)};
 }
 
 // The parallelogram corner + [0, 1] a + [0, 1] b in squares of at most `step_m`; its front is the side that a x b points to.

@@ -112,12 +112,12 @@ TEST(Views, EachModeShowsItsColors) {
   EXPECT_LT(share_like(render(room, top, ColorMode::kClasses, labels), carpet), 0.02);
   const Image<Rgb> panoptic = render(room, top, ColorMode::kPanoptic, labels);
   for (const int id : {5, 6, 7}) {
-    const Rgb color = color_of(static_cast<LabelSlot>(id), labels);
+    const Rgb color = color_of(static_cast<PanopticId>(id), labels);
 
     EXPECT_GT(share_like(panoptic, color), 0.003) << id;
   }
   const Image<Rgb> classes = render(room, top, ColorMode::kClasses, labels);
-  EXPECT_LT(share_like(classes, color_of(static_cast<LabelSlot>(6), labels)), 0.001) << "both chairs have the colour of chairs";
+  EXPECT_LT(share_like(classes, color_of(static_cast<PanopticId>(6), labels)), 0.001) << "both chairs have the colour of chairs";
 }
 
 TEST(Views, ClassesAreExplainedBelowThePicture) {
@@ -153,7 +153,7 @@ TEST(Views, OneThreadAndTwoDrawTheSamePicture) {
 TEST(Views, OddMeshesGivePicturesToo) {
   const LabelSet labels = test::room_labels();
   Mesh point;
-  point.vertices.push_back({{1, 2, 3}, Vec3f::Zero(), {}, ClassId::kUnknown, LabelSlot::kUnknown});
+  point.vertices.push_back({{1, 2, 3}, Vec3f::Zero(), {}, ClassId::kUnknown, PanopticId::kUnknown});
   point.triangles.push_back({0, 0, 0});
   Mesh broken = test::room(0.5F);
   broken.vertices[3].position.x() = std::numeric_limits<float>::quiet_NaN();

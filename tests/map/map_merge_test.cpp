@@ -226,8 +226,8 @@ TEST(MapMerge, FindsObjectsAgainThatHaveOtherIdsAndGivesNewOnesToTheOthers) {
   const MapWithFrames b = world({kMiddle, kRight});
   const MapMerge merge = merged(world({kLeft, kMiddle}), b);
   ASSERT_EQ(merge.matches.size(), 1U);
-  EXPECT_EQ(merge.matches[0].a, pid(5));
-  EXPECT_EQ(merge.matches[0].b, pid(4));
+  EXPECT_EQ(merge.matches[0].a, PanopticId{5});
+  EXPECT_EQ(merge.matches[0].b, PanopticId{4});
   EXPECT_GT(merge.matches[0].iou, 0.85);
   const SavedMap& both = merge.merged.saved;
   EXPECT_EQ(both.objects.count(), 3U);
@@ -280,7 +280,7 @@ TEST(MapMerge, AnotherClassNeedsTwiceTheOverlap) {
   const MapWithFrames one_table = in_three(kTable);
   const std::vector<ObjectMatch> same = merged(world({kMiddle}), one_table).matches;
   ASSERT_EQ(same.size(), 1U);
-  EXPECT_EQ(same[0].b, pid(4));
+  EXPECT_EQ(same[0].b, PanopticId{4});
   EXPECT_LT(same[0].iou, 0.5);
   EXPECT_EQ(merged(world({kMiddle}), in_three(kChair)).matches.size(), 0U);
 }
@@ -317,7 +317,7 @@ TEST(MapMerge, IsTheSameAtAnyThreadCountAndCanBeSavedAndLoaded) {
     save_map(path, saved.header, update);
     const SavedMap loaded = load_map(path);
     EXPECT_EQ(loaded.map.hash(), saved.map.hash());
-    EXPECT_EQ(loaded.objects.state().objects, saved.objects.state().objects);
+    EXPECT_EQ(loaded.objects.state(), saved.objects.state());
   }
   set_thread_count(0);
   EXPECT_EQ(hashes[0], hashes[1]);
@@ -342,14 +342,37 @@ TEST(MapMerge, RefusesMapsThatDoNotFit) {
               HasSubstr("B has frame numbers"));
 }
 
+// Those of the first map stay; those of the second one get new ones, which count up, whatever they were.
+TEST(MapMerge, IdsOfTheFirstMapStayAndThoseOfTheSecondCountUp) {
+  const auto renumbered = [](MapWithFrames map, std::uint32_t first_id) {
+    RegistryState state = map.saved.objects.state();
+    for (Object& object : state.objects) object.id = static_cast<PanopticId>(number(object.slot) + first_id);
+    state.next_id = PanopticId{first_id + 1000};
+    map.saved.objects = ObjectRegistry(kFirst, std::move(state));
+    return map;
+  };
+  const MapMerge merge = merged(renumbered(world({kLeft, kMiddle}), 100'000), renumbered(world({kMiddle, kRight}), 700));
+  const ObjectRegistry& objects = merge.merged.saved.objects;
+  ASSERT_EQ(objects.count(), 3U);
+  EXPECT_NE(objects.find(PanopticId{100'000 + kFirst}), nullptr);
+  EXPECT_NE(objects.find(PanopticId{100'001 + kFirst}), nullptr);
+  EXPECT_EQ(objects.find(PanopticId{101'000})->slot, LabelSlot{kFirst + 2});
+  EXPECT_EQ(objects.next_id(), PanopticId{101'001});
+  ASSERT_EQ(merge.matches.size(), 1U);
+  EXPECT_EQ(merge.matches[0].a, PanopticId{100'001 + kFirst});
+  EXPECT_EQ(merge.matches[0].b, PanopticId{700 + kFirst});
+}
+
 TEST(MapMerge, RunsOutOfIdsInOneLine) {
   const auto crowd = [] {
     MapWithFrames map = world({kMiddle});
     RegistryState state = map.saved.objects.state();
     while (state.objects.size() < 40000) {
       Object& object = state.objects.emplace_back();
-      object.id = static_cast<LabelSlot>(kFirst + state.objects.size() - 1);
+      object.slot = static_cast<LabelSlot>(kFirst + state.objects.size() - 1);
+      object.id = PanopticId{number(object.slot)};
     }
+    state.next_id = PanopticId{40000 + kFirst};
     map.saved.objects = ObjectRegistry(kFirst, std::move(state));
     return map;
   };

@@ -104,13 +104,14 @@ TEST(ObjectRegistry, RemembersWhenAnObjectWasSeen) {
   for (const std::int64_t frame : {30, 10, 20}) registry.observe(id, seen(kChair, 1), frame);
   const Object* object = registry.find(id);
   ASSERT_NE(object, nullptr);
-  EXPECT_EQ(object->id, id);
+  EXPECT_EQ(object->slot, id);
+  EXPECT_EQ(object->id, PanopticId{number(id)});
   EXPECT_EQ(object->first_frame, 10);
   EXPECT_EQ(object->last_frame, 30);
   EXPECT_EQ(object->observations, 3U);
 }
 
-TEST(ObjectRegistry, IdsCountUpUntilTheSixteenBitsAreUsed) {
+TEST(ObjectRegistry, SlotsCountUpUntilTheSixteenBitsAreUsed) {
   ObjectRegistry registry(kFirst);
   std::uint32_t expected = kFirst;
   while (const std::optional<LabelSlot> id = registry.create()) {
@@ -118,13 +119,15 @@ TEST(ObjectRegistry, IdsCountUpUntilTheSixteenBitsAreUsed) {
     ASSERT_NE(*id, LabelSlot::kNoVote);
   }
   EXPECT_EQ(expected, 65535U);
+  EXPECT_EQ(registry.refused(), 1U);
   EXPECT_EQ(registry.create(), std::nullopt);
+  EXPECT_EQ(registry.refused(), 2U) << "nothing is refused in silence";
   EXPECT_EQ(registry.count(), 65535U - kFirst);
   EXPECT_NE(registry.find(LabelSlot{65534}), nullptr);
   EXPECT_EQ(registry.find(LabelSlot::kNoVote), nullptr);
 }
 
-TEST(ObjectRegistry, ForgetsUnusedObjectsAndReusesTheirIdsOnlyWhenAllAreGiven) {
+TEST(ObjectRegistry, ForgetsUnusedObjectsAndGivesTheirSlotsAnewOnlyWhenAllWereGiven) {
   ObjectRegistry registry(kFirst);
   for (int i = 0; i < 3; ++i) registry.observe(*registry.create(), seen(kChair, 1), i);
   std::vector<bool> in_use(65536, false);
@@ -134,12 +137,15 @@ TEST(ObjectRegistry, ForgetsUnusedObjectsAndReusesTheirIdsOnlyWhenAllAreGiven) {
   EXPECT_EQ(registry.find(static_cast<LabelSlot>(kFirst)), nullptr);
   EXPECT_EQ(registry.class_of(static_cast<LabelSlot>(kFirst)), ClassId::kUnknown);
   EXPECT_EQ(registry.class_of(static_cast<LabelSlot>(kFirst + 1)), kChair);
-  EXPECT_EQ(number(*registry.create()), kFirst + 3) << "a fresh id while there are any";
+  EXPECT_EQ(number(*registry.create()), kFirst + 3) << "a fresh slot while there are any";
   while (registry.find(LabelSlot{65534}) == nullptr) registry.create();
   EXPECT_EQ(number(*registry.create()), kFirst);
   EXPECT_EQ(number(*registry.create()), kFirst + 2);
   EXPECT_EQ(registry.create(), std::nullopt);
-  EXPECT_EQ(registry.find(static_cast<LabelSlot>(kFirst))->observations, 0U) << "nothing of the old object is left";
+  const Object& anew = *registry.find(static_cast<LabelSlot>(kFirst));
+  EXPECT_EQ(anew.observations, 0U) << "nothing of the old object is left";
+  EXPECT_EQ(anew.id, PanopticId{65535}) << "the slot is an old one, the id is not";
+  EXPECT_EQ(registry.find(PanopticId{kFirst}), nullptr);
 }
 
 TEST(ObjectRegistry, AsksForRetirementAfterManyCreations) {
@@ -217,31 +223,19 @@ TEST(ObjectRegistry, AMergedIdIsNoObjectButResolvesToItsSurvivorThroughChains) {
 
 TEST(ObjectRegistry, ListsEveryMergedIdWithItsSurvivorAndEverySurvivorWithItsParts) {
   ObjectRegistry registry(kFirst);
-  std::vector<LabelSlot> ids;
-  for (int i = 0; i < 5; ++i) ids.push_back(*registry.create());
+  std::vector<LabelSlot> slots;
+  for (int i = 0; i < 5; ++i) slots.push_back(*registry.create());
+  const auto id = [&](std::size_t i) { return PanopticId{kFirst + static_cast<std::uint32_t>(i)}; };
   EXPECT_TRUE(registry.merged().empty());
-  registry.merge(ids[3], ids[1], 7);
-  registry.merge(ids[0], ids[4], 8);
-  registry.merge(ids[1], ids[4], 9);
-  using Merged = std::vector<std::pair<LabelSlot, LabelSlot>>;
-  EXPECT_EQ(registry.merged(), (Merged{{ids[0], ids[4]}, {ids[1], ids[4]}, {ids[3], ids[4]}}));
-  EXPECT_EQ(registry.find(ids[4])->parts, (std::vector<ObjectPart>{{ids[0], 8}, {ids[3], 7}, {ids[1], 9}}));
-}
-
-// Users keep ids; one that was merged must never come to mean something else.
-TEST(ObjectRegistry, NeverReusesAMergedId) {
-  ObjectRegistry registry(kFirst);
-  const LabelSlot a = *registry.create();
-  const LabelSlot b = *registry.create();
-  registry.merge(a, b, 7);
-  while (registry.find(LabelSlot{65534}) == nullptr) ASSERT_TRUE(registry.create());
-  EXPECT_EQ(registry.create(), std::nullopt);
-  std::vector<bool> in_use(65536, true);
-  in_use[kFirst + 7U] = false;
-  registry.retire_unused(in_use);
-  EXPECT_EQ(registry.create(), static_cast<LabelSlot>(kFirst + 7));
-  EXPECT_EQ(registry.create(), std::nullopt);
-  EXPECT_EQ(registry.survivor(a), b);
+  registry.merge(slots[3], slots[1], 7);
+  registry.merge(slots[0], slots[4], 8);
+  registry.merge(slots[1], slots[4], 9);
+  using Merged = std::vector<MergedObject>;
+  EXPECT_EQ(registry.merged(), (Merged{{id(0), id(4)}, {id(1), id(4)}, {id(3), id(4)}}));
+  const PartHistory& parts = registry.find(slots[4])->parts;
+  EXPECT_EQ(parts.latest(), (std::vector<ObjectPart>{{id(0), 8}, {id(3), 7}, {id(1), 9}}));
+  EXPECT_EQ(parts.count(), 3U);
+  EXPECT_EQ(registry.survivor(id(3)), id(4));
 }
 
 TEST(ObjectRegistry, ARuledOutClassGivesWayToTheNextLikelyOne) {

@@ -147,7 +147,7 @@ Image<Rgb> overlay(const Image<Rgb>& color, const Segmentation& segmentation, co
       const std::uint16_t segment = segmentation.segment_at(u, v);
       if (segment == 0) continue;
       const Segment& s = segmentation.segments[segment - 1U];
-      const auto object = static_cast<LabelSlot>(labels.first_thing() + segment);
+      const auto object = static_cast<PanopticId>(labels.first_thing() + segment);
       const Rgb paint = labels.is_thing(s.class_id) ? color_of(object, labels) : labels.find(s.class_id)->color;
       const bool border = segmentation.segment_at(u - 1, v) != segment || segmentation.segment_at(u, v - 1) != segment;
       const auto blend = [](int a, int b) { return static_cast<std::uint8_t>((a + b) / 2); };

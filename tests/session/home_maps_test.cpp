@@ -95,7 +95,7 @@ double median_distance_m(const Mesh& from, const Mesh& to) {
 
 Mesh mesh_of(const SavedMap& saved) {
   Mesher mesher(MesherOptions{});
-  mesher.update(saved.map);
+  mesher.update(saved.map, saved.objects);
   return mesher.assemble(saved.map, saved.objects, saved.header.labels);
 }
 

@@ -121,7 +121,7 @@ TEST(MapDiff, WhatOnlyLostItsLabelIsNotGone) {
   const MapWithFrames a = map_of({kStays, kSmall});
   MapWithFrames b = map_of({kStays, kSmall});
   const MapQuery query(b.saved.map, b.saved.objects, b.saved.header.labels);
-  const LabelSlot small = query.nearest(kSmall.center, 1).at(0).object.id;
+  const LabelSlot small = query.nearest(kSmall.center, 1).at(0).object.slot;
   for (Slot slot = 0; slot < b.saved.map.block_count(); ++slot) {
     for (std::uint16_t& label : b.saved.map.block(slot).label) label = label == number(small) ? std::uint16_t{2} : label;
   }

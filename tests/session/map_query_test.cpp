@@ -64,8 +64,8 @@ class Query : public testing::Test {
 TEST_F(Query, FindsObjectsByClass) {
   const std::vector<FoundObject> chairs = query_.of_class("chair");
   ASSERT_EQ(chairs.size(), 2U);
-  EXPECT_EQ(chairs[0].id, LabelSlot{66});
-  EXPECT_EQ(chairs[1].id, LabelSlot{73});
+  EXPECT_EQ(chairs[0].id, PanopticId{66});
+  EXPECT_EQ(chairs[1].id, PanopticId{73});
   EXPECT_GT(chairs[0].probability, 0.2);
   EXPECT_EQ(query_.of_class("unknown").size(), 11U);
   EXPECT_THAT(test::error_of([&] { query_.of_class("dragon"); }), HasSubstr("its classes are wall, floor"));
@@ -85,7 +85,7 @@ TEST_F(Query, FindsObjectsByBox) {
 }
 
 // Every surface voxel of every object, one after the other.
-double naive_distance(const SavedMap& saved, LabelSlot id, const Vec3d& point_m) {
+double naive_distance(const SavedMap& saved, LabelSlot slot_of_object, const Vec3d& point_m) {
   double nearest = std::numeric_limits<double>::infinity();
   const double size = saved.map.voxel_size_m();
   for (Slot slot = 0; slot < saved.map.block_count(); ++slot) {
@@ -96,7 +96,7 @@ double naive_distance(const SavedMap& saved, LabelSlot id, const Vec3d& point_m)
         for (int x = 0; x < 16; ++x) {
           const auto v = static_cast<std::size_t>(voxel_offset(x, y, z));
           if (block.weight[v] <= 0 || std::abs(block.distance[v]) > 1.5F * saved.map.voxel_size_m()) continue;
-          if (block.label[v] != number(id)) continue;
+          if (block.label[v] != number(slot_of_object)) continue;
           const Vec3d place((16 * b.x + x + 0.5) * size, (16 * b.y + y + 0.5) * size, (16 * b.z + z + 0.5) * size);
           nearest = std::min(nearest, (place - point_m).norm());
         }
@@ -111,7 +111,7 @@ TEST_F(Query, FindsTheNearestObjects) {
     const std::vector<NearObject> near = query_.nearest(point, 100);
     ASSERT_EQ(near.size(), 53U);
     for (std::size_t i = 0; i < near.size(); ++i) {
-      EXPECT_NEAR(near[i].distance_m, naive_distance(saved_, near[i].object.id, point), 1e-9);
+      EXPECT_NEAR(near[i].distance_m, naive_distance(saved_, near[i].object.slot, point), 1e-9);
       if (i > 0) {
         EXPECT_LE(near[i - 1].distance_m, near[i].distance_m);
       }

@@ -48,7 +48,7 @@ TEST(OnlineMap, HoldsWhatTheRunMappedAndWhatBecameOfEveryFrame) {
   run.checkpoints.finish(run.session, true);
   const SavedMap saved = load_map(run.path);
   EXPECT_EQ(saved.map.hash(), run.session.map().hash());
-  EXPECT_EQ(saved.objects.state().objects, run.session.objects().state().objects);
+  EXPECT_EQ(saved.objects.state(), run.session.objects().state());
   EXPECT_TRUE(is_complete(saved));
   const std::vector<FrameRecord> frames = load_frames(run.path);
   ASSERT_EQ(frames.size(), report.read);

@@ -36,8 +36,7 @@ struct PublishedRun {
     const auto segmentation = std::make_shared<const Segmentation>(with_labels ? segmented(*frame) : Segmentation());
     ASSERT_EQ(session.add(*frame, *segmentation), std::nullopt);
     publisher.fused(frame);
-    const auto ids = session.segment_ids();
-    if (with_labels) publisher.labelled({frame, segmentation, {ids.begin(), ids.end()}});
+    if (with_labels) publisher.labelled({frame, segmentation, session.segment_ids()});
   }
   std::shared_ptr<const Snapshot> publish() {
     publisher.publish(publisher.capture(session, {}));

@@ -131,7 +131,7 @@ TEST(Session, AFrameWithoutAPredictionAddsGeometryOnly) {
   Session session({}, test::test_labels());
   ASSERT_EQ(session.add(orbit_frame(0), {}), std::nullopt);
   EXPECT_EQ(session.objects().count(), 0U);
-  for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, LabelSlot::kUnknown);
+  for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, PanopticId::kUnknown);
 }
 
 // As `segmented`, but a tenth of the pixels says something else.

@@ -19,7 +19,7 @@ namespace panoptic::test {
 
 struct DecodedVertex {
   std::array<std::uint16_t, 3> steps;
-  std::uint16_t panoptic_id;
+  std::uint16_t id;  // which of the chunk's
   std::array<std::int8_t, 3> normal;
   std::uint8_t confidence;
   std::array<std::uint8_t, 3> color;
@@ -30,6 +30,7 @@ static_assert(sizeof(DecodedVertex) == 16);
 struct DecodedChunk {
   BlockIndex block;
   std::uint64_t version = 0;
+  std::vector<PanopticId> ids;
   std::vector<DecodedVertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
@@ -62,7 +63,7 @@ class MessageReader {
 
 inline std::vector<DecodedChunk> decoded(const std::string& message) {
   MessageReader reader(message);
-  EXPECT_EQ(reader.take<std::uint32_t>(), 0x31434650U) << "PFC1";
+  EXPECT_EQ(reader.take<std::uint32_t>(), 0x32434650U) << "PFC2";
   std::vector<DecodedChunk> chunks(reader.take<std::uint32_t>());
   for (DecodedChunk& chunk : chunks) {
     chunk.block.x = reader.take<std::int32_t>();
@@ -73,10 +74,12 @@ inline std::vector<DecodedChunk> decoded(const std::string& message) {
     chunk.version = reader.take<std::uint64_t>();
     const auto vertex_bytes = reader.take<std::uint32_t>();
     const auto index_bytes = reader.take<std::uint32_t>();
+    const auto id_count = reader.take<std::uint32_t>();
     const unsigned char* vertices = reader.take_padded(vertex_bytes);
     const unsigned char* indices = reader.take_padded(index_bytes);
+    for (std::uint32_t i = 0; i < id_count; ++i) chunk.ids.push_back(PanopticId{reader.take<std::uint32_t>()});
     if (chunk.triangles.empty()) {
-      EXPECT_EQ(vertex_bytes + index_bytes + chunk.vertices.size(), 0U);
+      EXPECT_EQ(vertex_bytes + index_bytes + id_count + chunk.vertices.size(), 0U);
       continue;
     }
     EXPECT_EQ(vertices[0], 0xA0) << "the version of vertex streams that EXT_meshopt_compression has";

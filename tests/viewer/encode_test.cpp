@@ -96,7 +96,7 @@ TEST_F(Encode, EveryVertexKeepsItsLabelColourConfidenceAndNormal) {
                    (b.position.template cast<double>() - p).squaredNorm();
           });
       EXPECT_LE((nearest->position.cast<double>() - p).cwiseAbs().maxCoeff(), half_step_m * 1.01);
-      EXPECT_EQ(v.panoptic_id, number(nearest->panoptic_id));
+      EXPECT_EQ(chunk.ids.at(v.id), nearest->panoptic_id);
       EXPECT_EQ(v.confidence, nearest->confidence);
       EXPECT_EQ((Rgb{v.color[0], v.color[1], v.color[2]}), nearest->color);
       EXPECT_EQ(v.zero, 0);
@@ -120,21 +120,20 @@ TEST_F(Encode, ChunksMeetWithoutCracksAndWithoutSeamsInTheirNormals) {
   const auto shared = std::count_if(places.begin(), places.end(), [](const auto& p) { return p.second.second.size() > 1; });
   EXPECT_GT(shared, 100);
   // As many places as the one mesh with shared vertices has: no border vertex moved away from its twin.
-  const Mesh whole = world_.mesher().assemble(world_.map(), ObjectRegistry(3), test::small_labels());
+  const Mesh whole = world_.mesher().assemble(world_.map(), world_.objects(), test::small_labels());
   EXPECT_EQ(places.size(), whole.vertices.size());
 }
 
 TEST_F(Encode, TheAssembledSurfaceIsTheMeshersOwn) {
   const Mesh ours = surface_.assemble(test::small_labels());
-  const Mesh reference = world_.mesher().assemble(world_.map(), ObjectRegistry(3), test::small_labels());
+  const Mesh reference = world_.mesher().assemble(world_.map(), world_.objects(), test::small_labels());
   ASSERT_EQ(ours.vertices.size(), reference.vertices.size());
   EXPECT_TRUE(ours.triangles == reference.triangles);
   for (std::size_t i = 0; i < ours.vertices.size(); ++i) {
     EXPECT_EQ(ours.vertices[i].position, reference.vertices[i].position);
     EXPECT_LT((ours.vertices[i].normal - reference.vertices[i].normal).norm(), 1e-5F);
     EXPECT_EQ(ours.vertices[i].panoptic_id, reference.vertices[i].panoptic_id);
-    const ClassId expected =
-        ours.vertices[i].panoptic_id == test::pid(test::kBallId) ? ClassId{2} : reference.vertices[i].class_id;
+    const ClassId expected = ours.vertices[i].panoptic_id == test::kBallId ? ClassId{2} : reference.vertices[i].class_id;
     EXPECT_EQ(ours.vertices[i].class_id, expected) << "the class of the ball is the snapshot's";
   }
 }

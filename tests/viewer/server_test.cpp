@@ -36,7 +36,7 @@ class Server : public test::Served {
 
 TEST_F(Server, TheSceneSaysWhatStaysTheSame) {
   const Json scene = json("/api/scene");
-  EXPECT_EQ(scene["protocol"], 1);
+  EXPECT_EQ(scene["protocol"], 2);
   EXPECT_EQ(scene["title"], "small");
   EXPECT_FLOAT_EQ(scene["block_size_m"].get<float>(), world_.map().block_size_m());
   EXPECT_EQ(scene["first_thing"], 3);
@@ -55,7 +55,7 @@ TEST_F(Server, ABrowserGetsTheWholeSurfaceAndThenOnlyWhatIsNew) {
   ASSERT_EQ(chunks.size(), state["chunks"].size());
   std::size_t triangles = 0;
   for (const auto& chunk : chunks) triangles += chunk.triangles.size();
-  EXPECT_EQ(triangles, world_.mesher().assemble(world_.map(), ObjectRegistry(3), test::small_labels()).triangles.size());
+  EXPECT_EQ(triangles, world_.mesher().assemble(world_.map(), world_.objects(), test::small_labels()).triangles.size());
 
   EXPECT_TRUE(json("/api/state?since=1")["chunks"].empty());
   world_.replace(0, std::make_shared<const MeshChunk>());
@@ -79,7 +79,7 @@ TEST_F(Server, ObjectsComeWithNamesColoursAndProbabilities) {
   EXPECT_EQ(ball["name"], "swivel_chair_3");
   EXPECT_EQ(ball["probabilities"], Json::parse("[[1, 0.25], [2, 0.75]]"));
   EXPECT_EQ(ball["max_m"], Json::parse("[1.0, 2.0, 3.0]"));
-  const Rgb color = color_of(test::pid(test::kBallId), test::small_labels());
+  const Rgb color = color_of(test::kBallId, test::small_labels());
   EXPECT_EQ(ball["color"], Json({color.r, color.g, color.b}));
 }
 
@@ -96,7 +96,7 @@ TEST_F(Server, TheNewestFrameIsShownWithItsLabels) {
   EXPECT_EQ(png.headers.at("Content-Type"), "image/png");
   EXPECT_EQ(static_cast<unsigned char>(png.body.at(25)), 6) << "colour with alpha";
   const Image<Rgb> overlay = decode_rgb(bytes_of(png), "overlay.png");
-  EXPECT_EQ(overlay(1, 0), color_of(test::pid(test::kBallId), test::small_labels()));
+  EXPECT_EQ(overlay(1, 0), color_of(test::kBallId, test::small_labels()));
   EXPECT_EQ(overlay(0, 0), Rgb{});
   EXPECT_EQ(overlay(2, 0), Rgb{});
 

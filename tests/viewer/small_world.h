@@ -18,15 +18,25 @@ inline LabelSet small_labels() {
   return {"small", {{ClassId{1}, "floor", false, {200, 180, 160}}, {ClassId{2}, "swivel chair", true, {31, 119, 180}}}};
 }
 
-inline constexpr int kBallId = 3;  // LabelSet::first_thing() of small_labels
+inline constexpr LabelSlot kBallSlot{3};  // LabelSet::first_thing() of small_labels
+inline constexpr PanopticId kBallId{3'000'000'003};
+
+// With the ball, whose id has 32 bits.
+inline ObjectRegistry small_objects() {
+  ObjectRegistry objects(number(kBallSlot));
+  objects.create();
+  RegistryState state = objects.state();
+  state.objects[0].id = kBallId;
+  return {number(kBallSlot), std::move(state)};
+}
 
 class SmallWorld {
  public:
   SmallWorld() : map_(MapOptions{}), mesher_(MesherOptions{}) {
-    const Solid ball{[](const Vec3d& p) { return (p - Vec3d(0.02, 0.2, 0.01)).norm() - 0.3; }, pid(kBallId)};
+    const Solid ball{[](const Vec3d& p) { return (p - Vec3d(0.02, 0.2, 0.01)).norm() - 0.3; }, kBallSlot};
     const Solid floor = solid_ground(Vec3d::UnitY(), -0.25, pid(1));
     add_solids(map_, {ball, floor}, Vec3d::Constant(-0.6), Vec3d::Constant(0.6));
-    mesher_.update(map_);
+    mesher_.update(map_, objects_);
     for (Slot slot = 0; slot < map_.block_count(); ++slot) {
       chunks_.push_back({map_.index_of(slot), 1, mesher_.chunks()[slot]});
     }
@@ -38,7 +48,7 @@ class SmallWorld {
     s->revision = ++revision_;
     s->chunks = chunks_;
     SnapshotObject ball;
-    ball.id = pid(kBallId);
+    ball.id = kBallId;
     ball.class_id = ClassId{2};
     ball.probabilities = {{ClassId{1}, 0.25F}, {ClassId{2}, 0.75F}};
     ball.vertices = 100;
@@ -50,9 +60,8 @@ class SmallWorld {
     s->frame.color_camera = {4, 2, 3, 3, 1.5, 0.5};
     s->frame.color = std::make_shared<const Image<Rgb>>(4, 2, Rgb{200, 100, 50});
     s->frame.labelled_color = s->frame.color;
-    auto ids = std::make_shared<Image<std::uint16_t>>(4, 2);
+    auto ids = std::make_shared<Image<PanopticId>>(4, 2);
     (*ids)(1, 0) = kBallId;
-    (*ids)(2, 0) = number(LabelSlot::kNoVote);
     s->frame.labelled_ids = std::move(ids);
     s->run.stages["fusion"] = {10, 1, 2, 3};
     return s;
@@ -66,10 +75,12 @@ class SmallWorld {
 
   SnapshotScene scene() const { return {"small", "made for a test", small_labels(), map_.voxel_size_m(), map_.block_size_m()}; }
   const VoxelMap& map() const { return map_; }
+  const ObjectRegistry& objects() const { return objects_; }
   const Mesher& mesher() const { return mesher_; }
 
  private:
   VoxelMap map_;
+  ObjectRegistry objects_ = small_objects();
   Mesher mesher_;
   std::vector<SnapshotChunk> chunks_;
   std::uint64_t revision_ = 0;

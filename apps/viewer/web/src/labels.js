@@ -1,33 +1,42 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the panoptic ids on the surface mean: class, name, colours, shown or not. The surface holds ids only and looks the rest up in
-// `texels`, so that a new class, a hidden class or a marked object never needs a vertex to be sent again.
+// What the panoptic ids on the surface mean: class, name, colours, shown or not. The surface holds rows of `texels` only and looks the
+// rest up there, so that a new class, a hidden class or a marked object never needs a vertex to be sent again. Ids have 32 bits and
+// are never given twice; a row is given anew when the object is not on the surface any more.
 
-export const kIds = 65536;
+export const kRows = 65536;  // more than a map has objects at a time
 export const kUnknownColor = [138, 140, 145];
 const kTexel = 4;
-const kSecondHalf = kIds * kTexel;
+const kSecondHalf = kRows * kTexel;
 export const kHovered = 128;
 export const kSelected = 255;
 
 const kUnknown = { id: 0, name: 'unknown', is_thing: false, color: kUnknownColor };
 
 export class Labels {
-  // Two tables of 256 x 256 texels, one above the other, a texel per panoptic id:
+  // Two tables of 256 x 256 texels, one above the other, a texel per row:
   //   red, green, blue of the class,  255 where shown      then      red, green, blue of the object,  mark
   texels = new Uint8Array(2 * kSecondHalf);
   changed = true;  // whoever copies the texels clears it
-  first_thing = kIds;
+  first_thing = kRows;
   selected = 0;
   hovered = 0;
   #classes = new Map([[0, kUnknown]]);
   #objects = new Map();
   #hidden_classes = new Set();
   #hidden_objects = new Set();
+  #taken = new Map();  // objects on the surface: id -> {row, uses}
+  #id_of_row = [];     // their ids
+  #free_rows = [];
+  #next_row = 0;       // rows from here on were never taken
 
   reset(scene) {
     this.first_thing = scene.first_thing;
+    this.#taken.clear();
+    this.#id_of_row = [];
+    this.#free_rows = [];
+    this.#next_row = scene.first_thing;
     this.#classes = new Map(scene.classes.map((entry) => [entry.id, entry]));
     this.#classes.set(0, kUnknown);
     this.#objects.clear();
@@ -36,6 +45,35 @@ export class Labels {
     this.selected = 0;
     this.hovered = 0;
     this.#write_all();
+  }
+
+  // The row of what is on the surface, to be dropped as often as it was taken. Classes have the row of their number. Should there be
+  // no row left, the object looks unknown.
+  take(id) {
+    if (id < this.first_thing) return id;
+    const taken = this.#taken.get(id);
+    if (taken) return ++taken.uses, taken.row;
+    const row = this.#free_rows.pop() ?? (this.#next_row < kRows ? this.#next_row++ : 0);
+    this.#taken.set(id, { row, uses: 1 });
+    this.#id_of_row[row] = id;
+    this.#write(id);
+    return row;
+  }
+
+  drop(id) {
+    const taken = this.#taken.get(id);
+    if (!taken || --taken.uses > 0) return;
+    this.#taken.delete(id);
+    if (taken.row > 0) this.#free_rows.push(taken.row);
+  }
+
+  // undefined for an object that is not on the surface.
+  row_of(id) {
+    return id < this.first_thing ? id : this.#taken.get(id)?.row;
+  }
+
+  id_at(row) {
+    return row < this.first_thing ? row : (this.#id_of_row[row] ?? 0);
   }
 
   get classes() {
@@ -118,11 +156,14 @@ export class Labels {
   }
 
   #write_all() {
-    for (let id = 0; id < kIds; ++id) this.#write(id);
+    for (let id = 0; id < this.first_thing; ++id) this.#write(id);
+    for (const id of this.#taken.keys()) this.#write(id);
   }
 
   #write(id) {
-    const at = id * kTexel;
+    const row = this.row_of(id);
+    if (row === undefined || (row === 0 && id !== 0)) return;
+    const at = row * kTexel;
     const mark = id === 0 ? 0 : id === this.selected ? kSelected : id === this.hovered ? kHovered : 0;
     this.texels.set(this.class_of(id).color, at);
     this.texels[at + 3] = this.is_object_shown(id) ? 255 : 0;

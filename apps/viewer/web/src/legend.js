@@ -31,14 +31,13 @@ export class Legend {
   update(vertices_of) {
     const sums = new Map();
     let all = 0;
-    for (let id = 0; id < vertices_of.length; ++id) {
-      if (vertices_of[id] === 0) continue;
+    for (const [id, vertices] of vertices_of) {
       const class_id = this.#labels.class_of(id).id;
       const sum = sums.get(class_id) ?? { vertices: 0, objects: 0 };
-      sum.vertices += vertices_of[id];
+      sum.vertices += vertices;
       if (id >= this.#labels.first_thing) ++sum.objects;
       sums.set(class_id, sum);
-      all += vertices_of[id];
+      all += vertices;
     }
     const order = [...sums].sort((a, b) => (a[0] === 0) - (b[0] === 0) || b[1].vertices - a[1].vertices || a[0] - b[0]);
     for (const [class_id, row] of this.#rows) if (!sums.has(class_id)) { row.root.remove(); this.#rows.delete(class_id); }

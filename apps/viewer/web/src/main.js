@@ -35,7 +35,7 @@ class Page {
   #labels = new Labels();
   #material = new SurfaceMaterial(this.#labels);
   #stage = new Stage(by_id('surface'), this.#material);
-  #surface = new Surface(this.#material, MeshoptDecoder);
+  #surface = new Surface(this.#material, MeshoptDecoder, this.#labels);
   #navigation = new Navigation(this.#stage, this.#surface);
   #trail = new Trail(this.#stage.camera);
   #tags = new NameTags(this.#stage, this.#labels);
@@ -153,13 +153,13 @@ class Page {
     set_text(by_id('class-count'), `${this.#legend.update(this.#surface.vertices_of)}`);
     set_text(by_id('object-count'), `${this.#labels.objects.length}`);
     this.#objects.update();
-    this.#details.update(this.#surface.vertices_of[this.#labels.selected]);
+    this.#details.update(this.#surface.count_of(this.#labels.selected));
   }
 
   #select(id, { fly = false } = {}) {
     this.#labels.select(id);
     this.#trail.set_box(this.#labels.object(id));
-    this.#details.update(this.#surface.vertices_of[id]);
+    this.#details.update(this.#surface.count_of(id));
     this.#objects.mark(!fly);
     if (fly) this.#fly_to(id);
     this.#stage.invalidate();
@@ -186,7 +186,7 @@ class Page {
 
   #after_visibility() {
     this.#objects.mark(false);
-    this.#details.update(this.#surface.vertices_of[this.#labels.selected]);
+    this.#details.update(this.#surface.count_of(this.#labels.selected));
     this.#stage.invalidate();
   }
 

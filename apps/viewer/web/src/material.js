@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The one material of the surface, and its twin that draws ids instead of colours for picking. Colours are written as they are
+// The one material of the surface, and its twin that draws rows of the table of labels instead of colours for picking. Colours are written as they are
 // stored (sRGB): no colour management touches what the camera saw. Positions arrive in units of a block; each chunk's matrix
 // turns them into metres.
 import { DataTexture, DoubleSide, FrontSide, GLSL3, NearestFilter, RGBAFormat, RawShaderMaterial, UnsignedByteType, Vector3 } from 'three';
@@ -16,7 +16,7 @@ uniform highp sampler2D labels;
 in vec4 position;
 in vec4 normal;
 in vec4 color;
-ivec2 texel(int id) { return ivec2(id & 255, id >> 8); }
+ivec2 texel(int row) { return ivec2(row & 255, row >> 8); }
 `;
 
 const kVertex = `${kLookup}
@@ -35,9 +35,9 @@ vec3 ramp(float t) {
 }
 
 void main() {
-  int id = int(position.w + 0.5);
-  vec4 of_class = texelFetch(labels, texel(id), 0);
-  vec4 of_object = texelFetch(labels, texel(id) + ivec2(0, 256), 0);
+  int row = int(position.w + 0.5);
+  vec4 of_class = texelFetch(labels, texel(row), 0);
+  vec4 of_object = texelFetch(labels, texel(row) + ivec2(0, 256), 0);
   vec4 world = modelMatrix * vec4(position.xyz, 1.0);
   facing = normalize(mat3(modelMatrix) * normal.xyz + vec3(1e-9));
   toward_eye = eye - world.xyz;
@@ -77,15 +77,15 @@ void main() {
   shade = vec4(lit, 1.0);
 }`;
 
-// Red and green: the id. Blue and alpha: how far from the eye, in millimetres.
+// Red and green: the row of the table of labels. Blue and alpha: how far from the eye, in millimetres.
 const kPickVertex = `${kLookup}
 uniform vec3 eye;
 out float shown;
 out float distance_m;
-flat out int id;
+flat out int row;
 void main() {
-  id = int(position.w + 0.5);
-  shown = texelFetch(labels, texel(id), 0).a;
+  row = int(position.w + 0.5);
+  shown = texelFetch(labels, texel(row), 0).a;
   vec4 world = modelMatrix * vec4(position.xyz, 1.0);
   distance_m = length(world.xyz - eye);
   gl_Position = projectionMatrix * viewMatrix * world;
@@ -96,12 +96,12 @@ precision highp float;
 precision highp int;
 in float shown;
 in float distance_m;
-flat in int id;
+flat in int row;
 out vec4 bytes;
 void main() {
   if (shown < 0.5) discard;
   int far = min(int(distance_m * 1000.0), 65535);
-  bytes = vec4(ivec4(id & 255, id >> 8, far & 255, far >> 8)) / 255.0;
+  bytes = vec4(ivec4(row & 255, row >> 8, far & 255, far >> 8)) / 255.0;
 }`;
 
 // The table of labels.js on the graphics card, and both materials that look things up in it.
@@ -142,6 +142,10 @@ export class SurfaceMaterial {
 
   get back_sides() {
     return this.seen.side !== FrontSide;
+  }
+
+  id_at(row) {
+    return this.#labels.id_at(row);
   }
 
   // Before every drawing.

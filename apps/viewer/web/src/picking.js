@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is under the pointer: draws the ids of one pixel into a target of its own and reads it back.
+// What is under the pointer: draws the label of one pixel into a target of its own and reads it back.
 import { Color, NearestFilter, Vector2, Vector3, WebGLRenderTarget } from 'three';
 
 export class Picking {
@@ -45,6 +45,6 @@ export class Picking {
     const { camera, canvas } = this.#stage;
     const at = new Vector2((x_px / canvas.clientWidth) * 2 - 1, 1 - (y_px / canvas.clientHeight) * 2);
     const ray = new Vector3(at.x, at.y, 0.5).unproject(camera).sub(camera.position).normalize();
-    return { id: low | high << 8, place: camera.position.clone().addScaledVector(ray, distance_m) };
+    return { id: this.#material.id_at(low | high << 8), place: camera.position.clone().addScaledVector(ray, distance_m) };
   }
 }

@@ -4,7 +4,6 @@
 // The chunks of the surface: replaced when a newer version arrives, counted, merged into regions (regions.js) that three.js draws.
 // What is replaced is freed at once; regions out of view are left out by three.js, which has a sphere for each of them.
 import { Box3, BufferAttribute, BufferGeometry, Group, Mesh, Sphere, Vector3 } from 'three';
-import { kIds } from './labels.js';
 import { decode_chunk, kUnitsPerBlock } from './protocol.js';
 import { kUnitsPerMergedBlock, merge, region_of } from './regions.js';
 
@@ -39,7 +38,7 @@ function box_of(places, corner, scale) {
 
 export class Surface {
   group = new Group();
-  vertices_of = new Uint32Array(kIds);  // by panoptic id; borders of chunks count twice
+  vertices_of = new Map();  // by panoptic id, of those that have any; borders of chunks count twice
   vertices = 0;
   triangles = 0;
   chunk_count = 0;      // those with surface
@@ -48,19 +47,22 @@ export class Surface {
   #stale = new Set();   // regions to put together anew
   #material;
   #decoder;
+  #labels;
   #block_size_m = 1;
 
-  constructor(material, decoder) {
+  constructor(material, decoder, labels) {
     this.#material = material;
     this.#decoder = decoder;
+    this.#labels = labels;
   }
 
+  // Labels are reset by then.
   reset(scene) {
     for (const region of this.#regions.values()) this.#free(region);
     this.#regions.clear();
     this.#stale.clear();
     this.#chunks.clear();
-    this.vertices_of.fill(0);
+    this.vertices_of.clear();
     this.vertices = 0;
     this.triangles = 0;
     this.chunk_count = 0;
@@ -75,10 +77,15 @@ export class Surface {
     this.#chunks.set(encoded.key, chunk);
     if (before) this.#count(before, -1);
     this.#count(chunk, 1);
+    for (const id of before?.ids.keys() ?? []) this.#labels.drop(id);
     const region = this.#regions.get(chunk.region.key) ?? { first: chunk.region.first, chunks: new Map(), mesh: null };
     this.#regions.set(chunk.region.key, region);
     chunk.arrays ? region.chunks.set(encoded.key, chunk) : region.chunks.delete(encoded.key);
     this.#stale.add(region);
+  }
+
+  count_of(id) {
+    return this.vertices_of.get(id) ?? 0;
   }
 
   // Before drawing: puts together what changed since the last time.
@@ -96,9 +103,13 @@ export class Surface {
     const { version, vertices, triangles, x, y, z } = encoded;
     const chunk = { version, vertices, triangles, arrays: null, box: null, ids: new Map(), region: region_of(x, y, z) };
     if (triangles === 0) return chunk;
-    chunk.arrays = decode_chunk(encoded, this.#decoder);
+    for (const id of encoded.ids) chunk.ids.set(id, 0);
+    const rows = Array.from(encoded.ids, (id) => this.#labels.take(id));
+    chunk.arrays = decode_chunk(encoded, this.#decoder, rows);
     const { places } = chunk.arrays;
-    for (let i = 3; i < places.length; i += 4) chunk.ids.set(places[i], (chunk.ids.get(places[i]) ?? 0) + 1);
+    const counts = new Map(rows.map((row) => [row, 0]));
+    for (let i = 3; i < places.length; i += 4) counts.set(places[i], counts.get(places[i]) + 1);
+    encoded.ids.forEach((id, k) => chunk.ids.set(id, counts.get(rows[k])));
     chunk.box = box_of(places, new Vector3(x, y, z).multiplyScalar(this.#block_size_m), this.#block_size_m / kUnitsPerBlock);
     return chunk;
   }
@@ -107,7 +118,10 @@ export class Surface {
     this.vertices += sign * chunk.vertices;
     this.triangles += sign * chunk.triangles;
     this.chunk_count += chunk.arrays ? sign : 0;
-    for (const [id, count] of chunk.ids) this.vertices_of[id] += sign * count;
+    for (const [id, count] of chunk.ids) {
+      const sum = this.count_of(id) + sign * count;
+      sum > 0 ? this.vertices_of.set(id, sum) : this.vertices_of.delete(id);
+    }
   }
 
   #build(region) {

@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { afterEach, beforeEach, test } from 'node:test';
 import { Connection } from '../src/connection.js';
 
-const kEmptyList = Uint8Array.from([0x50, 0x46, 0x43, 0x31, 0, 0, 0, 0]);  // "PFC1", no chunks
+const kEmptyList = Uint8Array.from([0x50, 0x46, 0x43, 0x32, 0, 0, 0, 0]);  // "PFC2", no chunks
 let server;
 let heard;
 let connection;

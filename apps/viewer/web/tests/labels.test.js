@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { kIds, kSelected, kUnknownColor, Labels } from '../src/labels.js';
+import { kRows, kSelected, kUnknownColor, Labels } from '../src/labels.js';
 
 const kScene = {
   first_thing: 41,
@@ -11,13 +11,15 @@ const kScene = {
 };
 const chair = { id: 57, class_id: 12, name: 'chair_57', color: [10, 20, 30] };
 
-const class_texel = (labels, id) => [...labels.texels.slice(4 * id, 4 * id + 4)];
-const object_texel = (labels, id) => [...labels.texels.slice(4 * (kIds + id), 4 * (kIds + id) + 4)];
+const texel = (labels, row) => [...labels.texels.slice(4 * row, 4 * row + 4)];
+const class_texel = (labels, id) => texel(labels, labels.row_of(id));
+const object_texel = (labels, id) => texel(labels, kRows + labels.row_of(id));
 
 function labelled() {
   const labels = new Labels();
   labels.reset(kScene);
   labels.set_objects([chair]);
+  for (const id of [57, 900]) labels.take(id);
   return labels;
 }
 
@@ -79,4 +81,33 @@ test('Labels: marks one object at a time, and never what is unknown', () => {
   assert.deepEqual([object_texel(labels, 57)[3], object_texel(labels, 3)[3]], [0, kSelected]);
   labels.select(0);
   assert.deepEqual([object_texel(labels, 3)[3], object_texel(labels, 0)[3]], [0, 0]);
+});
+
+test('Labels: ids beyond 16 bits have rows of their own, which are given anew when nothing shows them', () => {
+  const labels = labelled();
+  const far = { id: 4_000_000_000, class_id: 13, name: 'table_4000000000', color: [9, 9, 9] };
+  const row = labels.take(far.id);
+  assert.equal(labels.take(far.id), row);
+  assert.ok(row < kRows && row !== labels.row_of(57));
+  assert.equal(labels.id_at(row), far.id);
+  assert.equal(labels.id_at(3), 3);
+  labels.set_objects([chair, far]);
+  assert.deepEqual(class_texel(labels, far.id), [7, 8, 9, 255]);
+  labels.select(far.id);
+  assert.equal(object_texel(labels, far.id)[3], kSelected);
+  labels.select(0);
+  labels.drop(far.id);
+  assert.equal(labels.row_of(far.id), row, 'something still shows it');
+  labels.drop(far.id);
+  assert.equal(labels.row_of(far.id), undefined);
+  assert.equal(labels.take(70_000), row);
+  assert.deepEqual(class_texel(labels, 70_000), [...kUnknownColor, 255], 'nothing of the old one is left');
+});
+
+test('Labels: what comes and goes never runs out of rows', () => {
+  const labels = labelled();
+  for (let id = 1000; id < 1000 + 3 * kRows; ++id) {
+    assert.ok(labels.take(id) > 0);
+    labels.drop(id);
+  }
 });

@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Material, Vector3 } from 'three';
+import { Labels } from '../src/labels.js';
 import { Surface } from '../src/surface.js';
 
 // Hands out what the chunk says instead of decoding: what is under test is what happens to it.
@@ -10,18 +11,20 @@ const kDecoder = {
   decodeGltfBuffer(target, count, size, source, mode) {
     if (mode === 'TRIANGLES') return new Uint32Array(target.buffer).set(Uint32Array.from({ length: count }, (_, i) => i % 3));
     for (let i = 0; i < count; ++i) {
-      new Uint16Array(target.buffer).set([100 * i, 200, 300, source[0]], 8 * i);
+      new Uint16Array(target.buffer).set([100 * i, 200, 300, source[i % source.length]], 8 * i);
       target.set([0, 0, 127], 16 * i + 8);
     }
     return null;
   },
 };
 const encoded = (x, version, id, triangles = 1) => ({
-  key: `${x},0,0`, x, y: 0, z: 0, version, vertices: triangles * 3, triangles, encoded_vertices: [id], encoded_indices: [],
+  key: `${x},0,0`, x, y: 0, z: 0, version, vertices: triangles * 3, triangles, ids: [id], encoded_vertices: [0], encoded_indices: [],
 });
 
 function surface_with(chunks) {
-  const surface = new Surface({ seen: new Material() }, kDecoder);
+  const labels = new Labels();
+  labels.reset({ first_thing: 5, classes: [] });
+  const surface = new Surface({ seen: new Material() }, kDecoder, labels);
   surface.reset({ block_size_m: 0.4 });
   for (const chunk of chunks) surface.put(chunk);
   surface.build();
@@ -31,18 +34,26 @@ function surface_with(chunks) {
 test('Surface: counts each chunk once, whatever its version', () => {
   const surface = surface_with([encoded(0, 1, 7), encoded(1, 1, 9), encoded(0, 2, 8, 2)]);
   assert.deepEqual([surface.chunk_count, surface.triangles, surface.vertices], [2, 3, 9]);
-  assert.deepEqual([7, 8, 9].map((id) => surface.vertices_of[id]), [0, 6, 3]);
+  assert.deepEqual([7, 8, 9].map((id) => surface.count_of(id)), [0, 6, 3]);
 });
 
 test('Surface: an older answer that arrives late changes nothing', () => {
   const surface = surface_with([encoded(0, 5, 7), encoded(0, 4, 8)]);
-  assert.deepEqual([surface.vertices_of[7], surface.vertices_of[8]], [3, 0]);
+  assert.deepEqual([surface.count_of(7), surface.count_of(8)], [3, 0]);
 });
 
 test('Surface: a chunk that lost its surface takes it off the map', () => {
   const surface = surface_with([encoded(0, 1, 7), encoded(0, 2, 7, 0)]);
-  assert.deepEqual([surface.chunk_count, surface.triangles, surface.vertices_of[7], surface.group.children.length], [0, 0, 0, 0]);
+  assert.deepEqual([surface.chunk_count, surface.triangles, surface.count_of(7), surface.group.children.length], [0, 0, 0, 0]);
   assert.ok(surface.box.isEmpty());
+});
+
+test('Surface: counts ids beyond 16 bits, and tells them apart within a chunk', () => {
+  const two = { ...encoded(0, 1, 7), ids: [4_000_000_000, 70_000], encoded_vertices: [0, 1] };
+  const surface = surface_with([two]);
+  assert.deepEqual([4_000_000_000, 70_000, 0].map((id) => surface.count_of(id)), [2, 1, 0]);
+  surface.put(encoded(0, 2, 70_000));
+  assert.deepEqual([4_000_000_000, 70_000].map((id) => surface.count_of(id)), [0, 3]);
 });
 
 test('Surface: frees the geometry that it replaces', () => {
