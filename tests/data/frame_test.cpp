@@ -63,10 +63,10 @@ TEST(WhyUnusable, NamesBadIntrinsics) {
 }
 
 TEST(WhyUnusable, NamesIntrinsicsThatAreNotInPixels) {
-  const std::vector<std::function<void(Camera&)>> harms = {
-      [](Camera& c) { c.fx /= c.width, c.fy /= c.height, c.cx /= c.width, c.cy /= c.height; },  // shares of the image
-      [](Camera& c) { c.fx = c.fy = 0.004; },                                                   // metres
-      [](Camera& c) { c.fy = 0.9; }, [](Camera& c) { c.cx = 1e6; }, [](Camera& c) { c.cy = -1e300; }};
+  const std::vector<std::function<void(Camera&)>> harms = {[](Camera& c) { c.fx = c.fy = 0.3; },    // shares of the image
+                                                           [](Camera& c) { c.fx = c.fy = 0.004; },  // metres
+                                                           [](Camera& c) { c.fy = 0.09; }, [](Camera& c) { c.cx = 1e6; },
+                                                           [](Camera& c) { c.cy = -1e300; }};
   for (const auto& harm : harms) {
     EXPECT_EQ(reason_after([&](Frame& f) { harm(f.depth_camera); }),
               "depth camera would see more than 150 degrees; are its intrinsics in pixels?");

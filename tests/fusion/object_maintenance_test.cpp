@@ -116,8 +116,8 @@ TEST(ObjectMaintenance, GetsAlongWithAnEmptyMapAndWithAMapWithoutLabels) {
   add_to(unlabelled, {solid_ground(kUp, 0, LabelSlot::kUnknown)});
   unlabelled.run();
   EXPECT_TRUE(unlabelled.ids().empty());
-  unlabelled.finish(0);
-  EXPECT_EQ(unlabelled.ids().size(), 1U) << "one large unknown region";
+  unlabelled.finish();
+  EXPECT_EQ(unlabelled.ids().size(), 1U) << "one large region that frames called unknown";
 }
 
 TEST(ObjectMaintenance, GetsAlongWithThousandsOfObjects) {

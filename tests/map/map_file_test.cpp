@@ -252,13 +252,6 @@ TEST(MapFile, IsAsBeforeAChangeThatWasCutShort) {
   EXPECT_FALSE(std::filesystem::exists(path.string() + "-journal"));
 }
 
-TEST(MapFile, IsNeverWrittenOverByCreate) {
-  const World world(2);
-  const auto path = saved(world);
-  EXPECT_THAT(error_of([&] { MapFileWriter::create(path, world.header, {.epoch = 1}); }), HasSubstr("is there already"));
-  expect_same(load_map(path).map, world.map);
-}
-
 TEST(MapFile, SaysWhatIsWrongWithAPathThatIsNoMap) {
   const auto folder = fresh_folder();
   EXPECT_THAT(error_of([&] { load_map(folder / "absent"); }), HasSubstr("no such file"));

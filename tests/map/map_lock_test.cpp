@@ -149,6 +149,13 @@ TEST(MapLock, ThatIsRefusedLeavesTheWritersLocksAlone) {
             1);
 }
 
+TEST(MapFile, IsNeverWrittenOverByCreate) {
+  const auto path = fresh_folder() / "map.panoptic";
+  save_map(path, header(), {.epoch = 7});
+  EXPECT_THAT(error_of([&] { MapFileWriter::create(path, header(), {.epoch = 1}); }), HasSubstr("is there already"));
+  EXPECT_EQ(load_map(path).map.epoch(), 7U);
+}
+
 TEST(MapFile, OfSeveralWhoCreateItAtOnceOneDoes) {
   for (int round = 0; round < 8; ++round) {
     const auto path = fresh_folder() / "map.panoptic";
