@@ -93,9 +93,9 @@ TEST(Presets, ThePaperHasAWordOnEveryOptionOrNone) {
 TEST(Presets, ThePaperDiffersFromTheDefaultInTheRulesThatItDoesNotHave) {
   EXPECT_EQ(differing_keys(preset_options("paper"), Options{}),
             (std::set<std::string>{"networks.likeliest_first", "networks.unknown_share", "networks.keep_whole_classes",
-                                   "networks.smaller_in_front", "tracker.trust_map", "integrator.method",
-                                   "integrator.object_vote", "objects.enabled", "regularizer.every_frames", "regularizer.w1",
-                                   "regularizer.w2", "regularizer.band_voxels"}));
+                                   "networks.smaller_in_front", "networks.score_threshold", "tracker.trust_map",
+                                   "integrator.method", "integrator.object_vote", "objects.enabled", "regularizer.every_frames",
+                                   "regularizer.w1", "regularizer.w2", "regularizer.band_voxels"}));
 }
 
 TEST(Presets, UnderThePaperSavedPredictionsHaveNoWholeClasses) {
