@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/places.h"
+
 #include <cstdlib>
 #include <filesystem>
 
@@ -13,7 +15,7 @@ namespace panoptic::test {
 
 inline std::filesystem::path shared_folder() {
   if (const char* folder = std::getenv("PANOPTIC_SHARED")) return folder;
-  return std::filesystem::path(PANOPTIC_SOURCE_DIR) / ".." / "shared";
+  return source_folder() / ".." / "shared";
 }
 
 }  // namespace panoptic::test

@@ -14,18 +14,19 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "tests/fusion/scenes.h"
+#include "tests/places.h"
 
 namespace panoptic::test {
 namespace {
 
 [[noreturn]] void become_program(const std::vector<std::string>& arguments, const std::filesystem::path& out,
                                  const std::filesystem::path& err) {
-  std::vector<char*> argv{const_cast<char*>(PANOPTIC_PROGRAM)};
+  std::vector<char*> argv{const_cast<char*>(program_file())};
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
   dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), STDOUT_FILENO);
   dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), STDERR_FILENO);
-  execv(PANOPTIC_PROGRAM, argv.data());
+  execv(program_file(), argv.data());
   _exit(127);
 }
 

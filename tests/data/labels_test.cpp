@@ -13,6 +13,7 @@
 #include "panoptic/data/builtin_labels.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
+#include "tests/places.h"
 #include "tests/shared_data.h"
 
 namespace panoptic {
@@ -92,7 +93,7 @@ TEST(BuiltinLabelSets, AllLoadAndAreTheFilesOfTheRepository) {
     const LabelSet labels = load_label_set(name);
     EXPECT_EQ(labels.name(), name);
     EXPECT_FALSE(labels.classes().empty());
-    const std::string file = std::string(PANOPTIC_SOURCE_DIR) + "/configs/labels/" + name + ".toml";
+    const std::string file = test::source_folder().string() + "/configs/labels/" + name + ".toml";
     EXPECT_EQ(builtin_label_set(name), read_file(file)) << file;
     const LabelSet from_file = load_label_set(file);
     EXPECT_EQ(from_file.classes().size(), labels.classes().size());

@@ -7,6 +7,7 @@
 
 #include "panoptic/base/files.h"
 #include "tests/fresh_folder.h"
+#include "tests/places.h"
 
 namespace panoptic::test {
 
@@ -14,7 +15,7 @@ FaultyRun run_with_fault(const std::vector<std::string>& arguments, const std::f
                          long first) {
   const std::filesystem::path log = fresh_folder("fault_log") / "log";
   const auto in_child = [&] {
-    setenv("LD_PRELOAD", PANOPTIC_INTERPOSE, 1);
+    setenv("LD_PRELOAD", interpose_file(), 1);
     setenv("FAULTS_BELOW", below.c_str(), 1);
     setenv("FAULTS_CALLS", fault.calls, 1);
     setenv("FAULTS_ERROR", fault.error == 0 ? "short" : std::to_string(fault.error).c_str(), 1);

@@ -8,6 +8,7 @@
 #include "panoptic/base/error.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
+#include "tests/places.h"
 
 namespace panoptic::test {
 namespace {
@@ -50,7 +51,7 @@ TEST(Calibration, KeepsWhatTheFileDoesNotGive) {
 
 TEST(Calibration, TheKitchenFileHoldsBothCamerasAndTheWayBetweenThem) {
   Calibration calibration;
-  read_calibration(std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs" / "kitchen.toml", calibration);
+  read_calibration(source_folder() / "configs" / "kitchen.toml", calibration);
   EXPECT_EQ(calibration.depth, (Camera{640, 480, 585, 585, 320, 240}));
   EXPECT_EQ(calibration.color, (Camera{640, 480, 525.74, 525.74, 322.97, 236.51}));
   // The projection that the recording's notes give: u = 525.74 (X - 0.0338) / Z + 322.97, v = 525.74 (Y + 0.0058) / Z + 236.51.

@@ -8,6 +8,7 @@
 
 #include "panoptic/base/profile.h"
 #include "panoptic/io/dataset.h"
+#include "tests/places.h"
 #include "tests/shared_data.h"
 
 namespace panoptic::test {
@@ -34,8 +35,7 @@ void expect_usable(const Dataset& dataset) {
 
 TEST(Recordings, TheKitchenOpensWithItsCalibration) {
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
-  const auto dataset =
-      open_recording(shared_folder() / "data" / "kitchen", std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs/kitchen.toml");
+  const auto dataset = open_recording(shared_folder() / "data" / "kitchen", source_folder() / "configs/kitchen.toml");
   EXPECT_EQ(dataset->description(), "7-Scenes / 3DMatch, 500 frames, depth 640x480, colour 640x480");
   ASSERT_EQ(dataset->size(), 500U);
   expect_usable(*dataset);

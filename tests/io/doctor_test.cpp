@@ -12,6 +12,7 @@
 
 #include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
+#include "tests/places.h"
 #include "tests/shared_data.h"
 
 namespace panoptic::test {
@@ -159,8 +160,7 @@ INSTANTIATE_TEST_SUITE_P(Real, DoctorOnRecording, ::testing::Values("kitchen", "
 
 TEST(Doctor, TheKitchenPassesWithItsCalibrationToo) {
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
-  const auto dataset =
-      open_recording(shared_folder() / "data" / "kitchen", std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs/kitchen.toml");
+  const auto dataset = open_recording(shared_folder() / "data" / "kitchen", source_folder() / "configs/kitchen.toml");
   const DoctorReport report = diagnose(*dataset);
   EXPECT_EQ(report.worst(), Verdict::kOk) << to_text(report);
 }

@@ -21,6 +21,7 @@
 #include "panoptic/data/object_shapes.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/test_room.h"
+#include "tests/places.h"
 
 namespace panoptic {
 namespace {
@@ -192,7 +193,7 @@ TEST(Glb, AnUnwritableFolderIsAnError) {
 
 // Runs the Khronos validator: exit code and what it printed.
 std::pair<int, std::string> validate(const std::filesystem::path& path) {
-  const std::string script = std::string(PANOPTIC_SOURCE_DIR) + "/tools/gltf_validator/validate.mjs";
+  const std::string script = test::source_folder().string() + "/tools/gltf_validator/validate.mjs";
   const std::string command = "node '" + script + "' '" + path.string() + "' 2>&1";
   FILE* pipe = popen(command.c_str(), "r");  // NOLINT(cert-env33-c): a fixed command
   if (pipe == nullptr) return {127, "no shell"};

@@ -11,6 +11,7 @@
 #include "panoptic/base/files.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
+#include "tests/places.h"
 
 namespace panoptic {
 namespace {
@@ -155,7 +156,7 @@ INSTANTIATE_TEST_SUITE_P(Model, ShippedModel,
                          testing::Values("enet_scannet_nyu40", "deeplabv3_mnv2_ade20k32", "yolov8n_seg_coco"));
 
 TEST_P(ShippedModel, MapsToEveryShippedLabelSet) {
-  const Model model = load_model(fmt::format("{}/configs/models/{}.toml", PANOPTIC_SOURCE_DIR, GetParam()));
+  const Model model = load_model(fmt::format("{}/configs/models/{}.toml", test::source_folder().string(), GetParam()));
   for (const char* name : {"indoor", "home", "scannet20"}) {
     EXPECT_TRUE(model.class_maps.contains(name)) << name;
     const LabelSet labels = load_label_set(name);

@@ -15,6 +15,7 @@
 #include "panoptic/predict/preprocess.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
+#include "tests/places.h"
 #include "tests/predict/tiny_onnx.h"
 #include "tests/shared_data.h"
 
@@ -139,7 +140,7 @@ TEST_P(BothEngines, AgreeOnRealImages) {
   if (built_in_engines().size() < 2) GTEST_SKIP() << "this build has one engine";
   PANOPTIC_REQUIRE_SHARED("models");
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
-  Model model = load_model(fmt::format("{}/configs/models/{}.toml", PANOPTIC_SOURCE_DIR, GetParam().name));
+  Model model = load_model(fmt::format("{}/configs/models/{}.toml", test::source_folder().string(), GetParam().name));
   model.weights_folders = {(test::shared_folder() / "models").string()};
   const Network fast(find_weights(model, Engine::kOnnxRuntime), Engine::kOnnxRuntime);
   const Network portable(find_weights(model, Engine::kOpenCv), Engine::kOpenCv);

@@ -17,6 +17,7 @@
 #include "panoptic/predict/network.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
+#include "tests/places.h"
 #include "tests/predict/tiny_onnx.h"
 #include "tests/shared_data.h"
 
@@ -136,7 +137,7 @@ TEST(NetworkPredictor, RefusesADecoderThatDoesNotReadTheOutputs) {
 // The shipped descriptions, with their weights in the shared folder unless the environment says where.
 std::string shipped(const char* name) {
   ::setenv("PANOPTIC_MODELS", (test::shared_folder() / "models").c_str(), 0);
-  return fmt::format("{}/configs/models/{}.toml", PANOPTIC_SOURCE_DIR, name);
+  return fmt::format("{}/configs/models/{}.toml", test::source_folder().string(), name);
 }
 
 // The picture with its segments in colour and their borders in white.

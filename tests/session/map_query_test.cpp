@@ -12,6 +12,7 @@
 #include "panoptic/session/checkpoint.h"
 #include "panoptic/session/session_notes.h"
 #include "tests/expect_error.h"
+#include "tests/places.h"
 
 namespace panoptic {
 namespace {
@@ -19,10 +20,10 @@ namespace {
 using testing::HasSubstr;
 
 // A map that was written when format 1 was made, of a simulated home. It must load for ever.
-SavedMap map_of_format_1() { return load_map(std::filesystem::path(PANOPTIC_SOURCE_DIR) / "tests/golden/format_1.panoptic"); }
+SavedMap map_of_format_1() { return load_map(test::source_folder() / "tests/golden/format_1.panoptic"); }
 
 TEST(MapFormat, OneStillLoads) {
-  const std::filesystem::path path = std::filesystem::path(PANOPTIC_SOURCE_DIR) / "tests/golden/format_1.panoptic";
+  const std::filesystem::path path = test::source_folder() / "tests/golden/format_1.panoptic";
   const SavedMap saved = map_of_format_1();
   EXPECT_EQ(fmt::format("{:016x}", saved.map.hash()), "3804add6b87c88aa");
   EXPECT_EQ(saved.map.block_count(), 18U);

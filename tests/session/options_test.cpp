@@ -10,6 +10,7 @@
 #include "panoptic/session/builtin_presets.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
+#include "tests/places.h"
 #include "tests/session/differing_keys.h"
 
 namespace panoptic {
@@ -33,7 +34,7 @@ TEST(Presets, AnUnknownOneIsAnErrorThatNamesThoseThereAre) {
 
 TEST(Presets, AreTheFilesOfTheRepository) {
   EXPECT_THAT(preset_names(), HasSubstr("paper"));
-  const std::filesystem::path file = std::filesystem::path(PANOPTIC_SOURCE_DIR) / "configs/presets/paper.toml";
+  const std::filesystem::path file = test::source_folder() / "configs/presets/paper.toml";
   EXPECT_EQ(builtin_preset("paper"), read_file(file));
   EXPECT_EQ(toml_of(load_options(file)), toml_of(preset_options("paper")));
 }

@@ -14,6 +14,7 @@
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 #include "tests/fusion/scenes.h"
+#include "tests/places.h"
 
 namespace panoptic {
 namespace {
@@ -134,7 +135,7 @@ TEST(Resume, GivesTheSameMapAndObjectsWhereverItWasInterrupted) {
 
 TEST(Resume, DoesNotGoOnFromAnOlderFormatNorFromAMapThatWasOneBefore) {
   const auto path = fresh_folder() / "map.panoptic";
-  std::filesystem::copy_file(std::filesystem::path(PANOPTIC_SOURCE_DIR) / "tests/golden/format_1.panoptic", path);
+  std::filesystem::copy_file(test::source_folder() / "tests/golden/format_1.panoptic", path);
   const auto complaint = [&] {
     Session session(identity().options, test::test_labels());
     return error_of([&] { Checkpoints(settings(path), identity(), session); });
