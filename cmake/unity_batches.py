@@ -21,13 +21,13 @@ kLocalBlock = re.compile(r"^namespace \{\n(.*?)^\}  // namespace$", re.M | re.S)
 kLocalName = re.compile(
     r"^(?:\[\[\w+\]\] )?(?:(?:struct|class|enum class|enum|union) (?P<type>\w+)|using (?P<alias>\w+) ="
     r"|(?![#/}\s]|using |namespace )(?:[^=(\n]|\(\*)*?[\s*&](?P<name>\w+)\s*(?:\(|=|\{|;|\[))", re.M)
-kStatic = re.compile(r"^static .*?(\w+)\s*(?:\(|=|\{|;|\[)", re.M)
+kInternal = re.compile(r"^(?:static .*?(\w+)\s*[(={;\[]|(?:constexpr|const) [^(\n]*?(\w+)\s*[={;\[])", re.M)
 kSaidName = re.compile(r"(?<![\w.:>])(?:(\w+)\(|(k[A-Z]\w*))")  # calls and constants; not members, nor what names its namespace
 kAlone = re.compile(r"^#\s*(?:define|undef|pragma)|^using namespace|^asm\(", re.M)
 
 
 def local_names(text):
-    names = set(kStatic.findall(text))
+    names = {a or b for a, b in kInternal.findall(text)}
     for block in kLocalBlock.findall(text):
         names.update(m["type"] or m["alias"] or m["name"] for m in kLocalName.finditer(block))
     return names
