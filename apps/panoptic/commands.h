@@ -27,7 +27,7 @@ int map_diff(const Arguments& arguments);
 struct SavedMap;
 SavedMap load_map_and_tell(const std::string& path);
 // "note: ..." on stderr, if there is anything to say.
-void tell(const std::string& note);
+void tell_note(const std::string& note);
 
 // What to say where std::bad_alloc ends.
 constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";

@@ -225,11 +225,11 @@ std::size_t write_changes(const std::string& path, const SavedMap& saved, MapOwn
 
 SavedMap load_map_and_tell(const std::string& path) {
   SavedMap saved = load_map(path);
-  tell(note_of_format(saved, path));
+  tell_note(note_of_format(saved, path));
   return saved;
 }
 
-void tell(const std::string& note) {
+void tell_note(const std::string& note) {
   if (!note.empty()) fmt::print(stderr, "note: {}\n", note);
 }
 

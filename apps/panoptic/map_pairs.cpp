@@ -154,7 +154,7 @@ void write_picture(const std::string& path, const MapDiff& diff, const MapWithFr
 int map_merge(const Arguments& a) {
   set_thread_count(a.threads);
   const MergedFiles m = merge_map_files(a.map, a.other_map, a.output);
-  for (const std::string& note : m.notes) tell(note);
+  for (const std::string& note : m.notes) tell_note(note);
   fmt::print("{}: {} objects ({} and {}; {} are the same, {} parts of another), {} blocks\n", a.output, m.objects, m.objects_a,
              m.objects_b, m.same, m.parts, m.blocks);
   return kDone;
@@ -164,8 +164,8 @@ int map_diff(const Arguments& a) {
   set_thread_count(a.threads);
   const MapWithFrames before = load_map_with_frames(a.map);
   const MapWithFrames after = load_map_with_frames(a.other_map);
-  tell(note_of_format(before.saved, a.map));
-  tell(note_of_format(after.saved, a.other_map));
+  tell_note(note_of_format(before.saved, a.map));
+  tell_note(note_of_format(after.saved, a.other_map));
   const MapDiff diff = diff_maps(before, after, a.map, a.other_map);
   const LabelSet& labels = before.saved.header.labels;
   if (!a.json.empty()) write_json_file(a.json, to_json(diff, a, labels));

@@ -71,7 +71,7 @@ LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warn
 OpenedResult open_map_result(const std::string& path) {
   MapWithFrames map = load_map_with_frames(path);
   SavedMap& saved = map.saved;
-  tell(note_of_format(saved, path));
+  tell_note(note_of_format(saved, path));
   SessionState state = saved.notes.states.empty() ? SessionState{} : session_state(saved, map.frames);
   RunState run;
   run.frames_done = run.frames_total = map.frames.size();
