@@ -7,6 +7,8 @@ option(PANOPTIC_UNITY "compile several sources as one (needs Python)" OFF)
 if(PANOPTIC_UNITY)
   find_package(Python3 REQUIRED COMPONENTS Interpreter)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/unity_batches.py)
+  # GCC takes a batch's sources for headers and asks why their types are local.
+  target_compile_options(panoptic_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
 
 # panoptic_batches(<result> <name> <sources>): what a target is to compile; the batches' own files are in a folder <name>.
