@@ -293,12 +293,12 @@ float Lighting::share_of(const Lamp& lamp, const Vec3f& origin) const {
 // Windows have panes of glass, modelled as surfaces like all others, often several one behind the other.
 bool Lighting::sun_reaches(Vec3f origin, const Vec3f& direction) const {
   constexpr int kMostPanes = 16;
-  constexpr float kStep_m = 1e-3F;
+  constexpr float kPastThePane_m = 1e-3F;
   for (int i = 0; i < kMostPanes; ++i) {
     const RayHit hit = tracer_.trace(origin, direction, kOutside_m);
     if (hit.triangle == kNoTriangle) return true;
     if (!lets_sun_in_[surfaces_.origins[hit.triangle].object]) return false;
-    origin += (hit.distance + kStep_m) * direction;
+    origin += (hit.distance + kPastThePane_m) * direction;
   }
   return false;
 }
