@@ -56,6 +56,25 @@ TEST(MapFormat, OneHasNoSumOfVotesSoThatTheWeightIsTakenAndSaysSo) {
   EXPECT_GT(voted, 1000U);
 }
 
+// As that one, of today: saved after the regularizer overruled votes and objects were merged.
+TEST(MapFormat, TwoStillLoads) {
+  const std::filesystem::path path = test::source_folder() / "tests/golden/format_2.panoptic";
+  const SavedMap saved = load_map(path);
+  EXPECT_EQ(saved.format, 2);
+  EXPECT_EQ(note_of_format(saved, path), "") << "nothing is missing";
+  EXPECT_EQ(fmt::format("{:016x}", saved.map.hash()), "3cd43395a3f80480");
+  EXPECT_EQ(saved.objects.count(), 22U);
+  EXPECT_EQ(saved.objects.merged().size(), 8U);
+  for (const MergedObject& merged : saved.objects.merged()) EXPECT_NE(saved.objects.survivor(merged.id), merged.id);
+  EXPECT_EQ(saved.header.options.max_weight, 10000);
+  const SessionState state = session_state(saved, load_frames(path));
+  EXPECT_EQ(state.frames.used(), 40U);
+  EXPECT_EQ(state.together.size(), 4836U / 12);
+  std::size_t votes = 0;
+  for (const auto& of_block : state.regularizer.votes) votes += of_block.size();
+  EXPECT_EQ(votes, (16582U - 24 * 2) / 14);
+}
+
 class Query : public testing::Test {
  protected:
   SavedMap saved_ = map_of_format_1();
