@@ -141,7 +141,7 @@ TEST(SnapshotPublisher, TheNewestLabelledFrameMayBeOlderThanTheNewestFrame) {
   EXPECT_EQ(*frame.labelled_color, orbit_frame(0).color);
   const Segmentation truth = segmented(orbit_frame(0));
   for (std::size_t i = 0; i < truth.segment_at.size(); ++i) {
-    ASSERT_EQ((*frame.labelled_ids)[i], truth.segment_at[i] == 2 ? 2 : 4) << "floor, or the first object";
+    ASSERT_EQ((*frame.labelled_ids)[i], truth.segment_at[i] == 2 ? PanopticId{2} : PanopticId{4}) << "floor, or the first object";
   }
   EXPECT_EQ(snapshot->run.frames_used, 2U);
   EXPECT_EQ(snapshot->run.frames_labelled, 1U);

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/data/labels.h"
 #include "panoptic/map/block_index.h"
 
 namespace panoptic::test {
