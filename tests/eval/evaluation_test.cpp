@@ -253,8 +253,8 @@ TEST(RunFolder, RefusesReportsThatAreNone) {
   EXPECT_THAT(why("[1]", kObjects), HasSubstr("report.json: no 'labels'"));
   EXPECT_THAT(why(kReport, "{}"), HasSubstr("objects.json: no 'objects'"));
   EXPECT_THAT(why(kReport, R"({"objects": {}})"), HasSubstr("'objects' is not a list"));
-  EXPECT_THAT(why(kReport, R"({"objects": [{"id": 70000, "class": "a", "probabilities": {"a": 1}, "observations": 1}]})"),
-              HasSubstr("'id' is 70000"));
+  EXPECT_THAT(why(kReport, R"({"objects": [{"id": 4294967296, "class": "a", "probabilities": {"a": 1}, "observations": 1}]})"),
+              HasSubstr("'id' is 4294967296"));
   EXPECT_THAT(why(kReport, R"({"objects": [{"id": 7, "class": "a", "probabilities": {"a": 2}, "observations": 1}]})"),
               HasSubstr("probability 2"));
   EXPECT_THAT(why(kReport, R"({"objects": [{"id": 7, "class": 5, "probabilities": {}, "observations": 1}]})"),

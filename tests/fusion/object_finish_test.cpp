@@ -115,7 +115,7 @@ TEST(ObjectMaintenance, MakesNoThingOfSurfaceThatNoLabelledFrameLookedAt) {
                  solid_box({-1, -0.8, -0.1}, {-0.7, 0.8, 0.4}, LabelSlot::kUnknown)});
   for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
     VoxelBlock& block = world.map.block(slot);
-    for (std::size_t v = 0; v < kBlockVoxels; ++v) block.label_weight[v] = block.label[v] == 0 ? 0.0F : 1.0F;
+    for (std::size_t v = 0; v < kBlockVoxels; ++v) block.label_weight[v] = block.vote_sum[v] = block.label[v] == 0 ? 0.0F : 1.0F;
   }
   world.finish();
   EXPECT_EQ(world.ids(), std::set{table});

@@ -115,7 +115,7 @@ TEST(MeshIo, ReadsMeshesWithShortIds) {
   }
   EXPECT_THAT(why_refused(folder, old + "xx"), HasSubstr("bytes follow the header"));
   EXPECT_THAT(why_refused(folder, replaced(bytes, "uint panoptic_id", "int panoptic_id")),
-              HasSubstr("line 14 is not 'property uint panoptic_id'"));
+              HasSubstr("line 15 is not 'property uint panoptic_id'"));
 }
 
 TEST(MeshIo, AnEmptyMeshIsAFileToo) {

@@ -63,7 +63,7 @@ TEST(MapFormat, TwoStillLoads) {
   EXPECT_EQ(saved.format, 2);
   EXPECT_EQ(note_of_format(saved, path), "") << "nothing is missing";
   EXPECT_EQ(fmt::format("{:016x}", saved.map.hash()), "3cd43395a3f80480");
-  EXPECT_EQ(saved.objects.count(), 22U);
+  EXPECT_EQ(saved.objects.count(), 23U);
   EXPECT_EQ(saved.objects.merged().size(), 8U);
   for (const MergedObject& merged : saved.objects.merged()) EXPECT_NE(saved.objects.survivor(merged.id), merged.id);
   EXPECT_EQ(saved.header.options.max_weight, 10000);

@@ -153,7 +153,11 @@ TEST(SnapshotPublisher, ConfidenceIsTheShareOfTheNearerVoxelsWeightThatSpeaksFor
   Options options;
   options.integrator.object_vote = 1;
   Session session(options, test::test_labels());
-  for (int i = 0; i < 4; ++i) session.add(orbit_frame(i), i == 0 ? segmented(orbit_frame(i)) : Segmentation());
+  for (int i = 0; i < 4; ++i) {
+    Segmentation says = segmented(orbit_frame(i));
+    if (i == 3) says.segment_at = Image<std::uint16_t>(says.segment_at.width(), says.segment_at.height());
+    session.add(orbit_frame(i), says);
+  }
   std::size_t all = 0;
   std::size_t between = 0;
   std::size_t wrong = 0;

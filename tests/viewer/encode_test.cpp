@@ -154,7 +154,7 @@ TEST_F(Encode, AnEmptyChunkHasNoBytes) {
   world_.replace(0, std::make_shared<const MeshChunk>());
   const SnapshotSurface next(world_.snapshot());
   const std::string bytes = encode_chunk(next, 0, block_size_m_);
-  EXPECT_EQ(bytes.size(), 36U);
+  EXPECT_EQ(bytes.size(), 40U);
   EXPECT_TRUE(decoded(join_chunks(std::vector{std::make_shared<const std::string>(bytes)}))[0].triangles.empty());
 }
 
@@ -187,9 +187,9 @@ TEST_F(Encode, ANewVersionTakesThePlaceOfTheOldOneInTheCache) {
   const auto old_bytes = cache.encoded(surface_, middle);
   world_.replace(middle, std::make_shared<const MeshChunk>());
   const SnapshotSurface next(world_.snapshot());
-  EXPECT_EQ(cache.encoded(next, middle)->size(), 36U);
-  EXPECT_EQ(cache.bytes(), 36U);
-  EXPECT_GT(old_bytes->size(), 36U) << "who holds it may go on reading";
+  EXPECT_EQ(cache.encoded(next, middle)->size(), 40U);
+  EXPECT_EQ(cache.bytes(), 40U);
+  EXPECT_GT(old_bytes->size(), 40U) << "who holds it may go on reading";
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ TEST_F(Server, ObjectsComeWithNamesColoursAndProbabilities) {
   const Json objects = json("/api/objects");
   ASSERT_EQ(objects["objects"].size(), 1U);
   const Json& ball = objects["objects"][0];
-  EXPECT_EQ(ball["name"], "swivel_chair_3");
+  EXPECT_EQ(ball["name"], "swivel_chair_3000000003");
   EXPECT_EQ(ball["probabilities"], Json::parse("[[1, 0.25], [2, 0.75]]"));
   EXPECT_EQ(ball["max_m"], Json::parse("[1.0, 2.0, 3.0]"));
   const Rgb color = color_of(test::kBallId, test::small_labels());
