@@ -143,7 +143,7 @@ TEST(MeanField, OddGraphsGiveProbabilitiesToo) {
   std::fill(certain.probabilities.begin(), certain.probabilities.end(), 0.999999F);
   certain.all_labels = 65535;
   expect_probabilities(certain);
-  CrfGraph far_apart{{{-16'000'000, 0, 0}, {0, 0, 0}}, {{0, 0, 0}, {9, 9, 9}}, {0, 1}, {0.5F, 0.9F}, 2, 2};
+  CrfGraph far_apart{{{-16'000'000, 0, 0}, {-14'000'000, 0, 0}}, {{0, 0, 0}, {9, 9, 9}}, {0, 1}, {0.5F, 0.9F}, 2, 2};
   expect_probabilities(far_apart);
   CrfGraph labelled_by_others = sheet_graph({.side = 12, .labels = 3}, 1);
   std::fill(labelled_by_others.labels.begin(), labelled_by_others.labels.end(), CrfGraph::kOtherLabel);
