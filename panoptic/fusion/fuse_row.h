@@ -17,7 +17,7 @@ constexpr int kRow = kBlockSide;
 // How voxels take it up.
 struct RowRules {
   LabelVotes votes;
-  float max_weight;
+  float max_weight = 0;
 };
 
 // What 16 voxels are to take up.

@@ -72,7 +72,7 @@ template <typename Grid>
 struct Nearness {
   const Grid& grid;
   Ball ball;
-  int most_voxels;
+  int most_voxels = 0;
 };
 
 template <typename Grid>

@@ -19,7 +19,7 @@ class MapLock {
   // Throws Error: there is no such file, or somebody else writes it.
   explicit MapLock(const std::filesystem::path& path);
   ~MapLock();
-  MapLock(MapLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)), file_(other.file_) {}
+  MapLock(MapLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)), file_(std::move(other.file_)) {}
   MapLock& operator=(MapLock&&) = delete;
   MapLock(const MapLock&) = delete;
   MapLock& operator=(const MapLock&) = delete;

@@ -122,8 +122,8 @@ Object shifted(const Object& object, std::int64_t shift) {
 // The objects of both maps on their way into one registry.
 class MergedObjects {
  public:
-  MergedObjects(const ObjectRegistry& a, std::string names)
-      : registry_(a), names_(std::move(names)), slots_of_a_(identity()), slots_of_b_(identity()) {}
+  MergedObjects(ObjectRegistry a, std::string names)
+      : registry_(std::move(a)), names_(std::move(names)), slots_of_a_(identity()), slots_of_b_(identity()) {}
 
   void take_up(const ObjectRegistry& b, const std::vector<ObjectMatch>& matches, std::int64_t shift);
   const ObjectRegistry& registry() const { return registry_; }
