@@ -191,10 +191,8 @@ std::string info_text(const Json& j) {
 }
 
 // In the format of today, in the place of the file that it was loaded from.
-void save_anew(const std::string& path, MapLock lock, const SavedMap& saved, const Session& session) {
-  MapUpdate update = whole_map(session.map(), session.objects());
+void save_anew(const std::string& path, MapLock lock, const SavedMap& saved, MapUpdate update) {
   update.frames = load_frames(path);
-  update.notes = notes_of(session.state());
   update.notes.texts.insert(saved.notes.texts.begin(), saved.notes.texts.end());
   update.notes.states.insert(saved.notes.states.begin(), saved.notes.states.end());
   update.notes.texts[kFromFormatNote] = std::to_string(saved.format);
@@ -208,13 +206,15 @@ using MapOwner = std::variant<MapLock, MapFileWriter>;
 std::size_t write_changes(const std::string& path, const SavedMap& saved, MapOwner& owner, const Session& session,
                           std::uint64_t before) {
   MapUpdate update = whole_map(session.map(), session.objects());
-  std::erase_if(update.blocks, [&](const BlockCopy& block) { return block.changed_at <= before; });
-  const std::size_t changed = update.blocks.size();
+  update.notes = notes_of(session.state());
+  const auto is_unchanged = [&](const BlockCopy& block) { return block.changed_at <= before; };
+  const auto unchanged = static_cast<std::size_t>(std::count_if(update.blocks.begin(), update.blocks.end(), is_unchanged));
+  const std::size_t changed = update.blocks.size() - unchanged;
   if (MapLock* lock = std::get_if<MapLock>(&owner)) {
-    save_anew(path, std::move(*lock), saved, session);
+    save_anew(path, std::move(*lock), saved, std::move(update));
     return changed;
   }
-  update.notes = notes_of(session.state());
+  std::erase_if(update.blocks, is_unchanged);
   MapFileWriter& writer = std::get<MapFileWriter>(owner);
   writer.write(update, true);
   writer.close();

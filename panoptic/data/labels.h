@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What can be in the world: classes ("what") and panoptic ids ("which one"), and the slots by which voxels name them.
+// The vocabulary of a map: classes ("what") and panoptic ids ("which one"), and the slots by which voxels name them.
 #pragma once
 
 #include <cstddef>

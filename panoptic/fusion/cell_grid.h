@@ -22,7 +22,7 @@ class CellGrid {
   // The block and place in it of the cell that the voxel lies in.
   std::pair<Slot, std::uint16_t> place_of(std::uint32_t i) const { return places_[i]; }
 
-  // As SurfaceVoxels::visit_rows, for the cells around that of the voxel.
+  // Does for the cells around the voxel's what SurfaceVoxels::visit_rows does for voxels.
   template <typename HalfWidth, typename Visit>
   void visit_rows(std::uint32_t i, int reach, HalfWidth&& half_width, Visit&& visit) const {
     const auto [slot, place] = places_[i];

@@ -40,7 +40,7 @@ class FrameVotes {
   std::span<const OverruledVote> of(Slot slot) const {
     return slot < votes_.size() ? std::span<const OverruledVote>(votes_[slot]) : std::span<const OverruledVote>();
   }
-  // What frames voted for a voxel of that block, `held` being what it holds now.
+  // The frames' vote for a voxel of that block, `held` being what it holds now.
   VoxelLabel voted(Slot slot, std::uint16_t voxel, VoxelLabel held) const;
   // A voxel that is written as it was voted for is forgotten.
   void record(Slot slot, const OverruledVote& vote);

@@ -90,7 +90,7 @@ inline VoxelLabel fused_label(VoxelLabel old, std::uint16_t label, float weight)
   return {flip ? label : old.label, flip ? weight - old.weight : gain};
 }
 
-// What a voxel knows of labels.
+// The label of a voxel with the weights of its votes.
 struct VoxelVotes {
   VoxelLabel label;
   float sum;  // W^V

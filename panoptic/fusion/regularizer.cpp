@@ -46,8 +46,8 @@ class ScratchPool {
   std::vector<std::unique_ptr<MeanFieldScratch>> free_;
 };
 
-// Of a label that a voxel without any vote takes: three times as probable as all others together. A message that has come far
-// makes a label hardly more probable than the rest.
+// A voxel without any vote takes a label above this probability: three times that of all others together. A message that has come
+// far makes a label hardly more probable than the rest.
 constexpr float kLittleDoubt = 0.75F;
 
 // What a voxel is given if that label is the most probable one; see the header.

@@ -75,7 +75,7 @@ class Regularizer {
   SubmapChanges solve(const SubmapGraph& submap, Ranges ranges = {}) const;
   // Leaves voxels alone that a frame has changed since they were copied. `map` must be in an epoch of its own (begin_epoch).
   std::size_t write_back(const SubmapChanges& changes, VoxelMap& map);
-  // What it remembers of frames: for whoever else changes labels.
+  // The overruled votes of frames, which whoever else changes labels must keep up to date.
   FrameVotes& votes() { return votes_; }
   const FrameVotes& votes() const { return votes_; }
 

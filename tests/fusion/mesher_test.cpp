@@ -193,12 +193,17 @@ TEST(Mesher, CellsWithAnUnobservedCornerAreLeftOut) {
   EXPECT_EQ(mesh_of(map).triangles.size(), 15U * 15U * 2U - 4 * 2U);
 }
 
-TEST(Mesher, ObjectsGetTheClassOfTheirEvidence) {
-  VoxelMap map({});
+// A block with a level surface, all of which is the object in slot 4.
+void add_labelled_plane(VoxelMap& map) {
   VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
   block.weight.fill(1);
   block.label.fill(4);
   for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
+}
+
+TEST(Mesher, ObjectsGetTheClassOfTheirEvidence) {
+  VoxelMap map({});
+  add_labelled_plane(map);
   ObjectRegistry objects(4);
   objects.observe(*objects.create(), {ClassId{3}, 1.0F, {}}, 0);
   Mesher mesher({});
@@ -212,10 +217,7 @@ TEST(Mesher, ObjectsGetTheClassOfTheirEvidence) {
 // Who holds an older chunk sees the object that was there, whoever has its slot now.
 TEST(Mesher, AChunkKeepsItsIdWhenTheSlotIsGivenAnew) {
   VoxelMap map({});
-  VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
-  block.weight.fill(1);
-  block.label.fill(4);
-  for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
+  add_labelled_plane(map);
   ObjectRegistry objects(4);
   while (objects.create()) continue;
   Mesher mesher({});
