@@ -167,6 +167,7 @@ void add_run(CLI::App& run, Arguments& a) {
   add_networks(run, a);
   run.add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
   run.add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
+  run.add_flag("--no-pictures", a.no_pictures, "leave out views/: no pictures of the map");
   add_map_file(run, a);
   add_live(run, a);
   run.footer("Without networks and predictions, geometry and colour are mapped.");

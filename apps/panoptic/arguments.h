@@ -40,6 +40,7 @@ struct Arguments {
   int threads = 0;
   // run
   bool online = false;
+  bool no_pictures = false;
   std::optional<double> speed;  // 0 = as fast as possible
   bool view = false;
   std::string map;        // map file: to keep up to date, or to look at

@@ -208,7 +208,8 @@ void print_closing(const Run& run, const std::string& output) {
     tell(fmt::format("{} times there was no place for a new object: a map holds {} at a time; map smaller parts\n", refused,
                      number(LabelSlot::kNoVote) - session.labels().first_thing()));
   }
-  fmt::print("\nlook at   {0}/views/*.png, {0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output);
+  const std::string pictures = run.summary.pictures ? output + "/views/*.png, " : "";
+  fmt::print("\nlook at   {1}{0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output, pictures);
 }
 
 // Where explain finds the recording again, from whatever folder it is started.
@@ -313,6 +314,7 @@ int run(const Arguments& arguments) {
   run.summary.recording = absolute_recording(arguments.dataset);
   if (!arguments.calibration.empty()) run.summary.calibration = std::filesystem::absolute(arguments.calibration).string();
   run.summary.predictor = predictor_text(options);
+  run.summary.pictures = !arguments.no_pictures;
   if (!arguments.map.empty()) keep_map_file(arguments, placed, run);
   if (viewer && !arguments.online) run.publisher = std::make_unique<LoopPublisher>(session, latest, range.count(dataset->size()));
   const Stopwatch stopwatch;

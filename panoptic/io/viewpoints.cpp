@@ -169,9 +169,8 @@ std::vector<View> default_views(const Mesh& mesh, const Vec3d& up) {
   };
   const Matrix3d down = world_from_camera_rotation(-unit_up, up_on_plan(patches, level, front));
   std::vector<View> views = {oblique(front), oblique(side), fitted(patches, down, kPlanFieldOfView)};
-  const std::array<const char*, 3> names = {"front", "side", "top"};
   for (std::size_t i = 0; i < views.size(); ++i) {
-    views[i].name = names[i];
+    views[i].name = kViewNames[i];
     views[i].up = unit_up;
   }
   return views;

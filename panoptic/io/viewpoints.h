@@ -4,6 +4,7 @@
 // Where to stand to see a room.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct View {
 // straight down with the longer side of the room across. Fitted to the mesh, except that the odd bit far outside may be cut off,
 // and with room for a legend at the bottom. `up` need not have unit length; nonsense counts as -y.
 std::vector<View> default_views(const Mesh& mesh, const Vec3d& up);
+
+// Their names, in this order.
+inline constexpr std::array kViewNames = {"front", "side", "top"};
 
 // The rows at the bottom of a default view that the mesh does not reach.
 constexpr int kLegendRows_px = 56;

@@ -10,8 +10,10 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <system_error>
 #include <vector>
 
+#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/parallel.h"
@@ -85,6 +87,18 @@ Image<Rgb> render(const Mesh& mesh, const View& view, ColorMode mode, const Labe
   if (mode == ColorMode::kClasses) draw_class_legend(picture, labels);
   if (mode == ColorMode::kPanoptic) draw_object_names(picture, mesh, labels);
   return std::move(picture.color);
+}
+
+void remove_views(const std::filesystem::path& folder) {
+  std::error_code failed;
+  for (const std::string_view view : kViewNames) {
+    for (const ColorMode mode : kModes) {
+      const std::filesystem::path picture = folder / fmt::format("{}_{}.png", view, name_of(mode));
+      std::filesystem::remove(picture, failed);
+      if (failed) throw Error(fmt::format("{}: an older picture cannot be removed: {}", picture.string(), failed.message()));
+    }
+  }
+  std::filesystem::remove(folder, failed);  // stays if it holds anything else
 }
 
 void write_views(const std::filesystem::path& folder, const Mesh& mesh, const Vec3d& up, const LabelSet& labels) {

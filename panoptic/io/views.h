@@ -26,6 +26,9 @@ std::string_view name_of(ColorMode mode);  // "color", "classes", "panoptic"
 // and the room are not there. The same picture on any number of threads. An empty mesh gives the background.
 Image<Rgb> render(const Mesh& mesh, const View& view, ColorMode mode, const LabelSet& labels);
 
+// The files of write_views, and the folder if nothing else is in it. Nothing there is no error; throws Error if they stay.
+void remove_views(const std::filesystem::path& folder);
+
 // `<view>_<mode>.png` in the folder, which it makes: default_views times every mode. Throws Error if they cannot be written.
 void write_views(const std::filesystem::path& folder, const Mesh& mesh, const Vec3d& up, const LabelSet& labels);
 

@@ -226,7 +226,7 @@ void write_outputs(const std::filesystem::path& folder, Session& session, const 
   write_file(folder / "options.toml", to_toml(fields(copy)));
   write_file(folder / "trajectory.txt", trajectory_text(session.frames().trajectory()));
   write_glb(folder / "scene.glb", mesh, session.labels(), session.up());
-  write_views(folder / "views", mesh, session.up(), session.labels());
+  run.pictures ? write_views(folder / "views", mesh, session.up(), session.labels()) : remove_views(folder / "views");
   write_json_file(folder / "report.json", report_json(session, options, run, mesh));
 }
 

@@ -27,6 +27,7 @@ struct RunSummary {
   double wall_s = 0;
   std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
   std::optional<OnlineReport> online;    // of an online run
+  bool pictures = true;                  // false: no views/; pictures that an earlier run left there are removed
 };
 
 // The two reports as JSON; `mesh` is the session's.

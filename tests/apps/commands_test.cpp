@@ -73,7 +73,8 @@ TEST(Predict, WritesPredictionsThatRunTakes) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(open_predictions(predictions).labels.name(), "indoor");
   const fs::path out = fresh_folder("out");
-  const ProgramResult run = run_program({"run", recording.string(), "--predictions", predictions.string(), "-o", out.string()});
+  const ProgramResult run =
+      run_program({"run", "--no-pictures", recording.string(), "--predictions", predictions.string(), "-o", out.string()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(read_json_file(out / "report.json")["frames"]["without_prediction"], 0);
 }

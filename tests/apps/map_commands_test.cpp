@@ -31,9 +31,19 @@ class Map : public test::Run {
   Map() : predictions_(write_predictions()), map_(fresh_folder("map") / "map.panoptic") {}
 
   std::vector<std::string> arguments(std::vector<std::string> more = {}) const {
-    std::vector<std::string> all{"run",           recording_.string(),          "-o",    out_.string(),
-                                 "--predictions", predictions_.string(),        "--set", "objects.every_frames=3",
-                                 "--set",         "regularizer.every_frames=5", "--map", map_.string()};
+    std::vector<std::string> all{"run",
+                                 "--no-pictures",
+                                 recording_.string(),
+                                 "-o",
+                                 out_.string(),
+                                 "--predictions",
+                                 predictions_.string(),
+                                 "--set",
+                                 "objects.every_frames=3",
+                                 "--set",
+                                 "regularizer.every_frames=5",
+                                 "--map",
+                                 map_.string()};
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
@@ -42,8 +52,8 @@ class Map : public test::Run {
   std::string expected_hash() const {
     const fs::path out = fresh_folder("undisturbed");
     const ProgramResult result =
-        run_program({"run", recording_.string(), "-o", out.string(), "--predictions", predictions_.string(), "--set",
-                     "objects.every_frames=3", "--set", "regularizer.every_frames=5"});
+        run_program({"run", "--no-pictures", recording_.string(), "-o", out.string(), "--predictions", predictions_.string(),
+                     "--set", "objects.every_frames=3", "--set", "regularizer.every_frames=5"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return read_json_file(out / "report.json")["map_hash"];
   }

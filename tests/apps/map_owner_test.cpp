@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 class MapOwner : public test::Run {
  protected:
   std::vector<std::string> run_arguments(const fs::path& out, std::vector<std::string> more = {}) const {
-    std::vector<std::string> all{"run",   recording_.string(),     "-o",        out.string(), "--map", map_.string(),
-                                 "--set", "map.voxel_size_m=0.08", "--threads", "1"};
+    std::vector<std::string> all{"run",         "--no-pictures", recording_.string(),     "-o",        out.string(), "--map",
+                                 map_.string(), "--set",         "map.voxel_size_m=0.08", "--threads", "1"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }

@@ -176,8 +176,8 @@ TEST_F(MapPairs, AnOnlineRunKeepsAMapFileThatHoldsItsMap) {
 TEST_F(MapPairs, AnOnlineRunThatIsKilledLeavesASoundMap) {
   const fs::path map = maps_ / "killed.panoptic";
   const ProgramResult result =
-      run_program({"run", recording_.string(), "-o", out_.string(), "--predictions", predictions_.string(), "--map", map.string(),
-                   "--online", "--speed", "0.5", "--checkpoint-every", "0"},
+      run_program({"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--predictions", predictions_.string(),
+                   "--map", map.string(), "--online", "--speed", "0.5", "--checkpoint-every", "0"},
                   {}, [&](const RunningProgram& program) {
                     test::wait_for_text(program, program.out, "labels");
                     for (int i = 0; i < 200 && (!fs::exists(map) || load_frames(map).size() < 3); ++i) usleep(20000);

@@ -65,7 +65,8 @@ TEST_F(Run, AFullDiskLosesNothingThatWasThere) {
   const std::string mesh = read_file(out_ / "mesh.ply");
   const std::string report = read_file(out_ / "report.json");
   const ProgramResult result =
-      run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.03"}, limit_file_bytes(20000));
+      run_program({"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.03"},
+                  limit_file_bytes(20000));
   EXPECT_EQ(result.exit_code, 1);
   expect_one_line(result.err, "mesh.ply");
   EXPECT_TRUE(read_file(out_ / "mesh.ply") == mesh) << "the older file is untouched";
@@ -76,11 +77,11 @@ TEST_F(Run, AFullDiskLosesNothingThatWasThere) {
 }
 
 TEST_F(Run, ADiskThatFillsUpMidwayLeavesTheOlderReport) {
-  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.2"}).exit_code, 0);
+  ASSERT_EQ(run_with_pictures({"--set", "map.voxel_size_m=0.2"}).exit_code, 0);
   const auto scene_bytes = std::max(fs::file_size(out_ / "scene.glb"), fs::file_size(out_ / "mesh.ply"));
   const auto view_bytes = fs::file_size(out_ / "views" / "front_color.png");
   ASSERT_LT(scene_bytes, view_bytes) << "so coarse that the pictures are larger than the map";
-  ASSERT_EQ(run({"--set", "map.voxel_size_m=0.1"}).exit_code, 0);
+  ASSERT_EQ(run_with_pictures({"--set", "map.voxel_size_m=0.1"}).exit_code, 0);
   const std::string report = read_file(out_ / "report.json");
   const ProgramResult result = run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.2"},
                                            limit_file_bytes((scene_bytes + view_bytes) / 2));
@@ -96,9 +97,10 @@ TEST_F(Run, CtrlCWritesTheMapSoFarAndMarksItIncomplete) {
     EXPECT_TRUE(test::wait_for_text(program, program.err, "/80 frames"));  // the first is mapped
     kill(program.pid, SIGINT);
   };
-  const ProgramResult result = run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.006",
-                                            "--set", "integrator.method=raycast", "--set", "map.truncation_voxels=20"},
-                                           {}, interrupt);
+  const ProgramResult result =
+      run_program({"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.006", "--set",
+                   "integrator.method=raycast", "--set", "map.truncation_voxels=20"},
+                  {}, interrupt);
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_EQ(report()["complete"], false);
   EXPECT_EQ(report()["stopped_by"], "interrupted");
@@ -112,8 +114,8 @@ TEST_F(Run, CtrlCBeforeTheFirstFrameStillEndsOrderly) {
     EXPECT_TRUE(test::wait_for_text(program, program.out, "labels "));
     kill(program.pid, SIGINT);
   };
-  const ProgramResult result =
-      run_program({"run", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.006"}, {}, interrupt);
+  const ProgramResult result = run_program(
+      {"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--set", "map.voxel_size_m=0.006"}, {}, interrupt);
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_EQ(report()["stopped_by"], "interrupted");
 }
@@ -137,8 +139,8 @@ TEST_F(Run, RunningOutOfMemoryKeepsTheMapSoFar) {
     const rlimit limit{500'000'000, 500'000'000};
     setrlimit(RLIMIT_DATA, &limit);
   };
-  const ProgramResult result =
-      run_program({"run", recording_.string(), "-o", out_.string(), "--predictions", predictions.string()}, limit_memory);
+  const ProgramResult result = run_program(
+      {"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--predictions", predictions.string()}, limit_memory);
   EXPECT_EQ(result.exit_code, 1);
   expect_one_line(result.err, "out of memory; use larger voxels");
   EXPECT_EQ(report()["complete"], false);
@@ -150,8 +152,9 @@ TEST_F(Run, RunningOutOfMemoryKeepsTheMapSoFar) {
 TEST_F(Run, AFailureOnAFullDiskNamesBoth) {
   const fs::path predictions = write_predictions();
   fs::resize_file(predictions / "000007.png", 60);
-  const ProgramResult result = run_program(
-      {"run", recording_.string(), "-o", out_.string(), "--predictions", predictions.string()}, limit_file_bytes(20000));
+  const ProgramResult result =
+      run_program({"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--predictions", predictions.string()},
+                  limit_file_bytes(20000));
   EXPECT_EQ(result.exit_code, 1);
   expect_one_line(result.err, "000007.png");
   expect_one_line(result.err, "mesh.ply");

@@ -25,7 +25,12 @@ class Run : public testing::Test {
  protected:
   Run() : recording_(fresh_folder("recording")), out_(fresh_folder("out")) { write_orbit_recording(recording_, 12); }
 
+  // Without pictures, which take longer than all the rest, unless a test is about them.
   ProgramResult run(std::vector<std::string> more = {}) const {
+    more.emplace_back("--no-pictures");
+    return run_with_pictures(more);
+  }
+  ProgramResult run_with_pictures(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments{"run", recording_.string(), "-o", out_.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(arguments);

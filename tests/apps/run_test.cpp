@@ -19,7 +19,7 @@ using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 TEST_F(Run, WritesEveryPromisedFile) {
-  const ProgramResult result = run({"--predictions", write_predictions().string()});
+  const ProgramResult result = run_with_pictures({"--predictions", write_predictions().string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   for (const char* name : {"mesh.ply", "scene.glb", "objects.json", "report.json", "options.toml"}) {
     EXPECT_TRUE(fs::is_regular_file(out_ / name)) << name;
@@ -43,6 +43,17 @@ TEST_F(Run, WritesEveryPromisedFile) {
   }
   EXPECT_EQ(report["complete"], true);
   EXPECT_THAT(result.out, HasSubstr("integrate"));
+}
+
+TEST_F(Run, WithoutPicturesThoseOfAnEarlierRunAreGone) {
+  ASSERT_EQ(run_with_pictures({"--set", "map.voxel_size_m=0.2"}).exit_code, 0);
+  write_file(out_ / "views" / "mine.txt", "kept");
+  const ProgramResult result = run({"--set", "map.voxel_size_m=0.1"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::Not(HasSubstr("views")));
+  EXPECT_TRUE(fs::exists(out_ / "scene.glb"));
+  const auto left = fs::directory_iterator(out_ / "views");
+  EXPECT_EQ(std::count_if(begin(left), end(left), [](const auto&) { return true; }), 1) << "only what is not ours";
 }
 
 TEST_F(Run, TheBallIsOneChairInObjectsAndMesh) {

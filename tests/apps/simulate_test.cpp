@@ -38,8 +38,9 @@ TEST(Simulate, MakesAScanThatRunAndDoctorTake) {
   EXPECT_EQ(checked.exit_code, 0) << checked.out;
 
   const fs::path out = fresh_folder("out");
-  const ProgramResult mapped = run_program({"run", home.string(), "--predictions", (home / "predictions").string(), "-o",
-                                            out.string(), "--set", "map.voxel_size_m=0.08", "--frames", "0:60:5"});
+  const ProgramResult mapped =
+      run_program({"run", "--no-pictures", home.string(), "--predictions", (home / "predictions").string(), "-o", out.string(),
+                   "--set", "map.voxel_size_m=0.08", "--frames", "0:60:5"});
   ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
   EXPECT_THAT(mapped.out, HasSubstr("12 frames used, 0 skipped"));
   EXPECT_GT(read_json_file(out / "objects.json").at("objects").size(), 2U);

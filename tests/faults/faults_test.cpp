@@ -116,8 +116,18 @@ class Faults : public testing::Test {
     return counts;
   }
 
-  FaultWorld world_;
-  std::map<std::string, Undisturbed> undisturbed_;
+  // Made once for all tests of the process: what is given stays as it is, and the rest is put back before each run.
+  static FaultWorld& the_world() {
+    static FaultWorld world;
+    return world;
+  }
+  static std::map<std::string, Undisturbed>& undisturbed_runs() {
+    static std::map<std::string, Undisturbed> runs;
+    return runs;
+  }
+
+  FaultWorld& world_ = the_world();
+  std::map<std::string, Undisturbed>& undisturbed_ = undisturbed_runs();
 };
 
 // A few calls of each kind; SlowFaults tries them all.

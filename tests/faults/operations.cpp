@@ -70,7 +70,7 @@ FaultWorld::FaultWorld()
 void FaultWorld::make_home() {
   if (fs::exists(given_ / "home")) return;
   must_do({"simulate", "--seed", "1", "--rooms", "1", "--frames", "3", "-o", (given_ / "home").string()});
-  must_do({"run", (given_ / "home").string(), "--predictions", (given_ / "home/predictions").string(), "-o",
+  must_do({"run", "--no-pictures", (given_ / "home").string(), "--predictions", (given_ / "home/predictions").string(), "-o",
            (given_ / "home_run").string(), "--set", "map.voxel_size_m=0.08"});
 }
 
@@ -105,7 +105,8 @@ void FaultWorld::make_before(const std::string& name) {
   fs::create_directories(before_ / name);
   if (name == "regularize") fs::copy(given_ / "map.panoptic", before_ / name / "map.panoptic");
   if (name.starts_with("run")) {
-    must_do({"run", (given_ / "recording").string(), "-o", (before_ / name / "out").string(), "--set", "map.voxel_size_m=0.12"});
+    must_do({"run", "--no-pictures", (given_ / "recording").string(), "-o", (before_ / name / "out").string(), "--set",
+             "map.voxel_size_m=0.12"});
   }
   if (name == "mesh" || name == "scene" || name == "eval" || name == "explain" || name == "diff") {
     for (const char* file : {"mesh.ply", "scene.glb", "scores.json", "object.png", "changes.json", "changes.png"})
@@ -132,7 +133,7 @@ std::vector<std::string> FaultWorld::run_arguments(const std::string& map) const
                                "map.voxel_size_m=0.08",
                                "--threads",
                                "2"};
-  if (!map.empty()) all.insert(all.end(), {"--map", map, "--resume", "--checkpoint-every", "0"});
+  if (!map.empty()) all.insert(all.end(), {"--no-pictures", "--map", map, "--resume", "--checkpoint-every", "0"});
   return all;
 }
 
@@ -143,7 +144,7 @@ std::vector<std::string> FaultWorld::operations() {
 
 Operation FaultWorld::online(const std::string& map) const {
   std::vector<std::string> arguments = run_arguments("");
-  arguments.insert(arguments.end(), {"--map", map, "--checkpoint-every", "0", "--online", "--speed", "max"});
+  arguments.insert(arguments.end(), {"--no-pictures", "--map", map, "--checkpoint-every", "0", "--online", "--speed", "max"});
   return {"online", arguments, true, false, true, true};
 }
 
@@ -154,15 +155,15 @@ Operation FaultWorld::described(const std::string& name) const {
   if (name == "run") return {name, run_arguments(""), true, false};
   if (name == "run_paged") {
     std::vector<std::string> all = run_arguments("");
-    all.insert(all.end(), {"--set", "map.memory_limit_mb=5"});
+    all.insert(all.end(), {"--no-pictures", "--set", "map.memory_limit_mb=5"});
     return {name, all, true, false};
   }
   if (name == "run_sens") {
-    return {
-        name,
-        {"run", given("home"), "--predictions", given("home/predictions"), "-o", place("out"), "--set", "map.voxel_size_m=0.08"},
-        true,
-        false};
+    return {name,
+            {"run", "--no-pictures", given("home"), "--predictions", given("home/predictions"), "-o", place("out"), "--set",
+             "map.voxel_size_m=0.08"},
+            true,
+            false};
   }
   if (name == "map" || name == "resume") return {name, run_arguments(place("map.panoptic")), true, true, true};
   if (name == "online") return online(place("map.panoptic"));
