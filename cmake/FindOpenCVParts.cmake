@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# The four OpenCV libraries that the project uses. Debian ships their headers in small packages (libopencv-dnn-dev ...);
+# The three OpenCV libraries that the project uses. Debian ships their headers in small packages (libopencv-dnn-dev ...);
 # OpenCV's own CMake package is only in libopencv-dev, which pulls in 200 packages more, so they are looked up here.
 find_path(OpenCVParts_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
-set(_parts core imgproc imgcodecs dnn)
+set(_parts core imgproc dnn)
 set(_required OpenCVParts_INCLUDE_DIR)
 foreach(part ${_parts})
   find_library(OpenCVParts_${part} opencv_${part})

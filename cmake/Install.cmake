@@ -34,4 +34,5 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/panopticConfig.cmake.i
   INSTALL_DESTINATION ${_package})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/panopticConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/panopticConfig.cmake ${PROJECT_BINARY_DIR}/panopticConfigVersion.cmake
-  ${PROJECT_SOURCE_DIR}/cmake/FindOpenCVParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindOnnxRuntime.cmake DESTINATION ${_package})
+  ${PROJECT_SOURCE_DIR}/cmake/FindOpenCVParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindOnnxRuntime.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/FindTurboJPEG.cmake DESTINATION ${_package})

@@ -7,6 +7,8 @@
 #include <optional>
 #include <string_view>
 
+#include "panoptic/base/image_codecs.h"
+
 namespace panoptic {
 namespace {
 
@@ -67,8 +69,8 @@ bool acceptable_scans(Bytes scans) {
   return false;
 }
 
-// Walks the segments of a JPEG. OpenCV shows what is left of a truncated one, grey below the cut: not to be taken for a
-// picture. So the end marker must be there, which cannot occur within the picture's data.
+// Walks the segments of a JPEG. The end marker must be there, which cannot occur within the picture's data: what is left of a
+// truncated file is not to be taken for a picture.
 bool acceptable_jpeg(Bytes bytes, std::size_t max_pixels) {
   constexpr std::uint8_t kScan = 0xDA;
   constexpr std::uint64_t kMostPixelsPerByte = 1024;  // a bit for each of 8 blocks, which may stand for 32 x 32 pixels
@@ -91,31 +93,10 @@ bool acceptable_jpeg(Bytes bytes, std::size_t max_pixels) {
   return false;
 }
 
-// The next number in the header of a PGM or PPM, after spaces and comments; moves `at` behind it.
-std::optional<std::uint32_t> next_number(Bytes bytes, std::size_t& at) {
-  constexpr std::size_t kMaxDigits = 9;
-  constexpr std::string_view kSpaces = " \t\r\n\v\f";
-  const auto is_space = [&](std::uint8_t b) { return kSpaces.find(static_cast<char>(b)) != std::string_view::npos; };
-  while (at < bytes.size() && (is_space(bytes[at]) || bytes[at] == '#')) {
-    if (bytes[at] == '#') {
-      while (at < bytes.size() && bytes[at] != '\n') ++at;
-    } else {
-      ++at;
-    }
-  }
-  std::uint32_t value = 0;
-  std::size_t digits = 0;
-  for (; at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9'; ++at, ++digits) {
-    if (digits == kMaxDigits) return std::nullopt;
-    value = value * 10 + (bytes[at] - std::uint32_t{'0'});
-  }
-  return digits > 0 ? std::optional(value) : std::nullopt;
-}
-
 bool acceptable_pnm(Bytes bytes, std::size_t max_pixels) {
   std::size_t at = 2;
-  const auto width = next_number(bytes, at);
-  const auto height = next_number(bytes, at);
+  const auto width = next_pnm_number(bytes, at);
+  const auto height = next_pnm_number(bytes, at);
   return width && height && fits(*width, *height, std::min(max_pixels, bytes.size()));  // a byte per pixel or more
 }
 
@@ -164,20 +145,35 @@ bool acceptable_tiff(Bytes bytes, std::size_t max_pixels) {
   }
   const bool tile_fits = fits(sizes[2].value_or(1), sizes[3].value_or(1), max_pixels);
   if (!sizes[0] || !sizes[1] || !tile_fits || !fits(*sizes[0], *sizes[1], max_pixels)) return false;
-  constexpr std::uint64_t kLeastBits = 1;  // of a pixel: what a file of 32 bits cannot hold, one of 1 bit may
+  constexpr std::uint64_t kLeastBits = 8;  // of a pixel: what a file of 32 bits cannot hold, one of 8 may
   return could_hold(bytes.size(), std::uint64_t{*sizes[0]} * *sizes[1], kLeastBits, tiff_ratio(sizes[4].value_or(1)));
 }
 
 }  // namespace
 
-bool is_acceptable_image(std::span<const std::uint8_t> bytes, std::size_t max_pixels) {
+ImageFormat image_format(std::span<const std::uint8_t> bytes) {
   using std::string_view_literals::operator""sv;
-  if (starts_with(bytes, "\x89PNG")) return acceptable_png(bytes, max_pixels);
-  if (starts_with(bytes, "\xFF\xD8")) return acceptable_jpeg(bytes, max_pixels);
-  if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv)) return acceptable_tiff(bytes, max_pixels);
+  if (starts_with(bytes, "\x89PNG")) return ImageFormat::kPng;
+  if (starts_with(bytes, "\xFF\xD8")) return ImageFormat::kJpeg;
+  if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv)) return ImageFormat::kTiff;
   const auto is_pnm = [&](std::string_view magic) { return starts_with(bytes, magic); };
-  constexpr std::array<std::string_view, 4> kPnm = {"P2", "P3", "P5", "P6"};  // grey and colour, as text and as bytes
-  return std::any_of(kPnm.begin(), kPnm.end(), is_pnm) && acceptable_pnm(bytes, max_pixels);
+  constexpr std::array<std::string_view, 4> kPnm = {"P2", "P3", "P5", "P6"};
+  return std::any_of(kPnm.begin(), kPnm.end(), is_pnm) ? ImageFormat::kPnm : ImageFormat::kOther;
+}
+
+bool is_acceptable_image(std::span<const std::uint8_t> bytes, std::size_t max_pixels) {
+  switch (image_format(bytes)) {
+    case ImageFormat::kPng:
+      return acceptable_png(bytes, max_pixels);
+    case ImageFormat::kJpeg:
+      return acceptable_jpeg(bytes, max_pixels);
+    case ImageFormat::kTiff:
+      return acceptable_tiff(bytes, max_pixels);
+    case ImageFormat::kPnm:
+      return acceptable_pnm(bytes, max_pixels);
+    default:
+      return false;
+  }
 }
 
 }  // namespace panoptic

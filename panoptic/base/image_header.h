@@ -10,9 +10,14 @@
 
 namespace panoptic {
 
+enum class ImageFormat : std::uint8_t { kPng, kJpeg, kTiff, kPnm, kOther };
+
+// By the first bytes; kPnm is PGM or PPM, as text or as bytes.
+ImageFormat image_format(std::span<const std::uint8_t> bytes);
+
 // True for a PNG, JPEG, PGM, PPM or TIFF file by its first bytes whose header tells of at most max_pixels, and of no more than
 // the best compression could pack into so many bytes, and which is not obviously cut off. Nothing else may reach the codecs:
-// they know many more formats, which nobody needs or has tested here, and take memory and time for whatever a header claims.
+// they take memory and time for whatever a header claims.
 bool is_acceptable_image(std::span<const std::uint8_t> bytes, std::size_t max_pixels);
 
 }  // namespace panoptic

@@ -4,95 +4,89 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
 #include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/image_codecs.h"
 #include "panoptic/base/image_header.h"
 
 namespace panoptic {
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 256U << 20;
-constexpr std::size_t kMaxPixels = 64U << 20;
 
-cv::Mat decode(std::span<const std::uint8_t> bytes, std::string_view name, int flags) {
-  cv::Mat decoded;
-  try {
-    if (bytes.size() <= kMaxFileBytes && is_acceptable_image(bytes, kMaxPixels)) {
-      decoded = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data())), flags);
-    }
-  } catch (const cv::Exception&) {
-    decoded.release();  // a hostile header: the same to the user as any other unreadable image
+// Nothing else reaches the codecs.
+EncodedImage accepted(std::span<const std::uint8_t> bytes, std::string_view name) {
+  if (bytes.size() > kMaxFileBytes || !is_acceptable_image(bytes, kMaxImagePixels)) {
+    throw Error(fmt::format("{}: not a readable image of at most {} pixels; it may be cut off", name, kMaxImagePixels));
   }
-  if (decoded.empty() || decoded.total() > kMaxPixels) {
-    throw Error(fmt::format("{}: not a readable image of at most {} pixels; it may be cut off", name, kMaxPixels));
-  }
-  return decoded;
-}
-
-template <typename T>
-Image<T> to_image(const cv::Mat& mat) {
-  Image<T> image(mat.cols, mat.rows);
-  for (int v = 0; v < mat.rows; ++v) std::copy_n(mat.ptr<T>(v), mat.cols, image.row(v));
-  return image;
+  return {bytes, name};
 }
 
 std::span<const std::uint8_t> as_bytes(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-void write_mat(const std::filesystem::path& path, const cv::Mat& mat) {
-  std::vector<std::uint8_t> bytes;
-  if (mat.empty() || !cv::imencode(".png", mat, bytes))
-    throw Error(fmt::format("{}: the image cannot be encoded as PNG", path.string()));
-  write_file(path, bytes);
+template <typename T>
+PixelRows rows_of(const Image<T>& image, int channels) {
+  return {image.data(), image.width(), image.height(), channels, static_cast<int>(8 * sizeof(T)) / channels};
 }
 
-cv::Mat to_bgr(const Image<Rgb>& image) {
-  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
-  for (int v = 0; v < image.height(); ++v) {
-    std::uint8_t* out = bgr.ptr(v);
-    for (int u = 0; u < image.width(); ++u) {
-      const Rgb c = image(u, v);
-      out[3 * u] = c.b;
-      out[3 * u + 1] = c.g;
-      out[3 * u + 2] = c.r;
-    }
-  }
-  return bgr;
-}
-
-std::vector<std::uint8_t> encode(const char* suffix, const cv::Mat& mat, const std::vector<int>& parameters = {}) {
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(suffix, mat, bytes, parameters)) throw Error(fmt::format("an image cannot be encoded as {}", suffix));
+std::vector<std::uint8_t> encoded(std::vector<std::uint8_t> bytes, std::string_view name, const char* format) {
+  if (bytes.empty()) throw Error(fmt::format("{} cannot be encoded as {}", name, format));
   return bytes;
+}
+
+std::vector<std::uint8_t> encoded_png(const PixelRows& rows, const std::string& name = "an image") {
+  return encoded(rows.width > 0 && rows.height > 0 ? png_from_rows(rows) : std::vector<std::uint8_t>(), name, "PNG");
 }
 
 }  // namespace
 
+void refuse_damaged(const EncodedImage& file, std::string_view reason) {
+  throw Error(fmt::format("{}: not a readable image ({}); it may be cut off", file.name, reason));
+}
+
+void refuse_kind(const EncodedImage& file, std::string_view kind) {
+  throw Error(fmt::format("{}: not a readable image: {}; save it as grey or RGB of 8 bits", file.name, kind));
+}
+
+void refuse_channels(const EncodedImage& file, int channels, int bits) {
+  throw Error(fmt::format("{}: expected one channel of 16 or 8 bits, found {} of {}", file.name, channels, bits));
+}
+
+void refuse_no_floats(const EncodedImage& file) {
+  throw Error(fmt::format("{}: expected one channel of 32-bit floats", file.name));
+}
+
 Image<Rgb> decode_rgb(std::span<const std::uint8_t> bytes, std::string_view name) {
-  const cv::Mat bgr = decode(bytes, name, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  Image<Rgb> image(bgr.cols, bgr.rows);
-  for (int v = 0; v < bgr.rows; ++v) {
-    const std::uint8_t* in = bgr.ptr(v);
-    Rgb* out = image.row(v);
-    for (int u = 0; u < bgr.cols; ++u) out[u] = {in[3 * u + 2], in[3 * u + 1], in[3 * u]};
+  const EncodedImage file = accepted(bytes, name);
+  switch (image_format(bytes)) {
+    case ImageFormat::kPng:
+      return decode_png_rgb(file);
+    case ImageFormat::kJpeg:
+      return decode_jpeg_rgb(file);
+    case ImageFormat::kTiff:
+      return decode_tiff_rgb(file);
+    default:
+      return decode_pnm_rgb(file);
   }
-  return image;
 }
 
 Image<std::uint16_t> decode_gray16(std::span<const std::uint8_t> bytes, std::string_view name) {
-  cv::Mat mat = decode(bytes, name, cv::IMREAD_UNCHANGED);
-  if (mat.channels() != 1 || (mat.depth() != CV_16U && mat.depth() != CV_8U)) {
-    throw Error(fmt::format("{}: expected one channel of 16 or 8 bits, found {} channels", name, mat.channels()));
+  const EncodedImage file = accepted(bytes, name);
+  switch (image_format(bytes)) {
+    case ImageFormat::kPng:
+      return decode_png_gray16(file);
+    case ImageFormat::kJpeg:
+      return decode_jpeg_gray16(file);
+    case ImageFormat::kTiff:
+      return decode_tiff_gray16(file);
+    default:
+      return decode_pnm_gray16(file);
   }
-  if (mat.depth() == CV_8U) mat.convertTo(mat, CV_16U);
-  return to_image<std::uint16_t>(mat);
 }
 
 Image<Rgb> read_rgb(const std::filesystem::path& path) {
@@ -107,40 +101,34 @@ Image<std::uint16_t> read_gray16(const std::filesystem::path& path) {
 
 Image<float> read_gray_float(const std::filesystem::path& path) {
   const std::string bytes = read_file(path, kMaxFileBytes);
-  const cv::Mat mat = decode(as_bytes(bytes), path.string(), cv::IMREAD_UNCHANGED);
-  if (mat.type() != CV_32FC1) throw Error(fmt::format("{}: expected one channel of 32-bit floats", path.string()));
-  return to_image<float>(mat);
+  const std::string name = path.string();
+  const EncodedImage file = accepted(as_bytes(bytes), name);
+  if (image_format(file.bytes) != ImageFormat::kTiff) refuse_no_floats(file);
+  return decode_tiff_float(file);
 }
 
 std::vector<std::uint8_t> encode_jpeg(const Image<Rgb>& image, int quality) {
-  return encode(".jpg", to_bgr(image), {cv::IMWRITE_JPEG_QUALITY, quality});
+  return encoded(jpeg_from_rows(rows_of(image, 3), quality), "an image", "JPEG");
 }
 
-std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
-  return encode(".png", cv::Mat(image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())));
-}
+std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) { return encoded_png(rows_of(image, 1)); }
 
-std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image) {
-  return encode(".png", cv::Mat(image.height(), image.width(), CV_16UC1, const_cast<std::uint16_t*>(image.data())));
-}
+std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image) { return encoded_png(rows_of(image, 1)); }
 
 std::vector<std::uint8_t> encode_png(const Image<Rgb>& color, const Image<std::uint8_t>& alpha) {
   PANOPTIC_ASSERT(alpha.same_size(color.width(), color.height()));
-  cv::Mat bgra(color.height(), color.width(), CV_8UC4);
-  for (int v = 0; v < color.height(); ++v) {
-    auto* out = bgra.ptr<cv::Vec4b>(v);
-    for (int u = 0; u < color.width(); ++u) {
-      const Rgb c = color(u, v);
-      out[u] = {c.b, c.g, c.r, alpha(u, v)};
-    }
-  }
-  return encode(".png", bgra);
+  std::vector<std::uint8_t> rgba;
+  rgba.reserve(4 * color.size());
+  for (std::size_t i = 0; i < color.size(); ++i) rgba.insert(rgba.end(), {color[i].r, color[i].g, color[i].b, alpha[i]});
+  return encoded_png({rgba.data(), color.width(), color.height(), 4, 8});
 }
 
-void write_png(const std::filesystem::path& path, const Image<Rgb>& image) { write_mat(path, to_bgr(image)); }
+void write_png(const std::filesystem::path& path, const Image<Rgb>& image) {
+  write_file(path, encoded_png(rows_of(image, 3), path.string() + ": the image"));
+}
 
 void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& image) {
-  write_mat(path, cv::Mat(image.height(), image.width(), CV_16UC1, const_cast<std::uint16_t*>(image.data())));
+  write_file(path, encoded_png(rows_of(image, 1), path.string() + ": the image"));
 }
 
 }  // namespace panoptic

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Image files in and out: the one seam to OpenCV's codecs. Everything throws Error naming the file (absent, cut off,
+// Image files in and out: the one seam to the codecs. Everything throws Error naming the file (absent, cut off, damaged,
 // neither PNG, JPEG, PGM, PPM nor TIFF by its first bytes, more than 64 Mi pixels); writing is all or nothing.
 #pragma once
 
@@ -15,9 +15,10 @@
 
 namespace panoptic {
 
-// PNG or JPEG, grey or colour, any depth -> 8-bit RGB. Alpha is dropped, EXIF orientation ignored.
+// Grey or colour, any depth -> 8-bit RGB: of 16 bits the upper 8. Alpha is dropped, EXIF orientation ignored. Refused are JPEGs
+// in CMYK or with damage of any kind, and TIFFs that are neither grey of 8 or 16 bits nor RGB of 8.
 Image<Rgb> read_rgb(const std::filesystem::path& path);
-// One channel of 16 or 8 bits (PNG, PGM, TIFF), values unchanged.
+// One channel of 16 or 8 bits (PNG, PGM, TIFF), values unchanged; a PNG of 1, 2 or 4 bits is stretched to 8.
 Image<std::uint16_t> read_gray16(const std::filesystem::path& path);
 // One channel of 32-bit floats (TIFF).
 Image<float> read_gray_float(const std::filesystem::path& path);

@@ -107,8 +107,7 @@ TEST(ImageIo, RefusesAPngCutOffAnywhere) {
   const std::filesystem::path folder = fresh_folder();
   write_png(folder / "image.png", noise_rgb(9, 7));
   const std::string whole = read_file(folder / "image.png");
-  constexpr std::size_t kEndChunk = 12;  // IEND carries no pixels: a file that lacks only it is whole to every reader
-  for (std::size_t size = 0; size < whole.size() - kEndChunk; ++size) {
+  for (std::size_t size = 0; size < whole.size(); ++size) {
     write_file(folder / "cut.png", std::string_view(whole).substr(0, size));
     EXPECT_THAT(error_of([&] { read_rgb(folder / "cut.png"); }), HasSubstr("cut.png: not a readable image")) << size;
   }
@@ -151,7 +150,7 @@ TEST(ImageIo, RefusesAHeaderThatLiesAboutTheSize) {
 }
 
 TEST(ImageIo, LeavesFormatsThatNobodyNeedsAlone) {
-  // A whole 1 x 1 picture each, which the codecs below would read.
+  // A whole 1 x 1 picture each.
   std::vector<std::uint8_t> bmp(58, 0);
   const std::vector<std::uint8_t> head = {'B', 'M', 58, 0, 0, 0, 0, 0, 0, 0, 54, 0, 0, 0, 40,
                                           0,   0,   0,  1, 0, 0, 0, 1, 0, 0, 0,  1, 0, 24};

@@ -10,7 +10,6 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <opencv2/imgcodecs.hpp>
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
@@ -92,11 +91,8 @@ void write_depth(const fs::path& path, const Image<std::uint16_t>& image) {
 
 void write_color(const fs::path& path, const Image<Rgb>& image) {
   fs::create_directories(path.parent_path());
-  const fs::path png = fs::path(path).replace_extension(".tmp");
-  write_png(png, image);
-  if (path.extension() == ".png") return fs::rename(png, path);
-  ASSERT_TRUE(cv::imwrite(path.string(), cv::imread(png.string()), {cv::IMWRITE_JPEG_QUALITY, 98}));
-  fs::remove(png);
+  if (path.extension() == ".png") return write_png(path, image);
+  write_file(path, encode_jpeg(image, 98));
 }
 
 void expect_frame(const ReadResult& result, int i, double depth_scale, int color_tolerance, ImageSize color) {
