@@ -70,7 +70,7 @@ TEST(VoxelMap, AgreesWithAnOrderedMapOnRandomIndices) {
   for (const std::int32_t reach : {4, 30, kMaxBlockCoordinate}) {  // dense and sparse, negative and positive, many rehashes
     VoxelMap map{MapOptions{}};
     std::map<BlockIndex, Slot> reference;
-    for (const BlockIndex index : random_indices(9, 6000, reach)) {
+    for (const BlockIndex index : random_indices(9, 3000, reach)) {
       const auto [place, is_new] = reference.try_emplace(index, static_cast<Slot>(reference.size()));
       ASSERT_EQ(map.find_slot(index) == VoxelMap::kNoSlot, is_new);
       ASSERT_EQ(map.allocate(index), place->second);
@@ -81,7 +81,7 @@ TEST(VoxelMap, AgreesWithAnOrderedMapOnRandomIndices) {
       ASSERT_EQ(map.find(index), &map.block(slot));
       ASSERT_EQ(map.index_of(slot), index);
     }
-    for (const BlockIndex index : random_indices(10, 2000, reach)) {
+    for (const BlockIndex index : random_indices(10, 1000, reach)) {
       ASSERT_EQ(map.find(index) != nullptr, reference.count(index) == 1);
     }
   }
