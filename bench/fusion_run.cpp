@@ -89,12 +89,12 @@ Session mapped(const BenchFrames& recording, const BenchSettings& settings, Stag
     const std::optional<Frame> moved = moved_to_copy(next.frame, i / recording.frames.size());
     const double cpu_before = cpu_seconds();
     const auto refused = session.add(moved ? *moved : next.frame, next.segmentation);
-    if (i % recording.frames.size() == recording.frames.size() - 1) blocks.push_back(session.map().block_count());
+    if (i % recording.frames.size() == recording.frames.size() - 1) blocks.push_back(session.map().voxels.block_count());
     if (refused) continue;
     times["fusion_cpu"].push_back((cpu_seconds() - cpu_before) * 1e3);
     clock.read(session.profile(), times);
     if ((i + 1) % static_cast<std::size_t>(settings.mesh_every) != 0) continue;
-    times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(session.map(), session.objects()); }));
+    times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(session.map()); }));
   }
   return session;
 }
@@ -103,14 +103,14 @@ void finish(Session& session, const BenchSettings& settings, StageTimes& times, 
   Mesh mesh;
   times["mesh_full"].push_back(timed_ms([&] {
     Mesher mesher(settings.options.mesher);
-    mesher.update(session.map(), session.objects());
-    mesh = mesher.assemble(session.map(), session.objects(), session.labels());
+    mesher.update(session.map());
+    mesh = mesher.assemble(session.map());
   }));
   if (!settings.mesh.empty()) write_ply(settings.mesh, mesh);
   result.mesh_triangles = mesh.triangles.size();
-  result.blocks = session.map().block_count();
-  result.map_bytes = session.map().memory_bytes();
-  const std::uint64_t hash = session.map().hash();
+  result.blocks = session.map().voxels.block_count();
+  result.map_bytes = session.map().voxels.memory_bytes();
+  const std::uint64_t hash = session.map().voxels.hash();
   if (result.map_hash != 0 && hash != result.map_hash) throw Error("two repeats gave different maps: this is a bug, report it");
   result.map_hash = hash;
 }
@@ -134,14 +134,14 @@ FrameWork work_of(const BenchFrames& recording, const BenchSettings& settings) {
     Session session(settings.options, recording.labels);
     session.add(f.frame, f.segmentation);
     std::size_t band = 0;
-    for (Slot slot = 0; slot < session.map().block_count(); ++slot) {
-      const auto& weight = session.map().block(slot).weight;
+    for (Slot slot = 0; slot < session.map().voxels.block_count(); ++slot) {
+      const auto& weight = session.map().voxels.block(slot).weight;
       band += static_cast<std::size_t>(std::count_if(weight.begin(), weight.end(), [](float w) { return w > 0; }));
     }
     const double share = 1.0 / static_cast<double>(samples);
     work.pixels += share * static_cast<double>(f.frame.depth.size());
     work.color_pixels += share * static_cast<double>(f.frame.color.size());
-    work.touched_voxels += share * static_cast<double>(session.map().block_count()) * kBlockVoxels;
+    work.touched_voxels += share * static_cast<double>(session.map().voxels.block_count()) * kBlockVoxels;
     work.band_voxels += share * static_cast<double>(band);
   }
   return work;

@@ -19,7 +19,7 @@ int main(int argc, char** argv) try {
     session.add(frame, predictor ? predictor->predict(frame) : panoptic::Segmentation{});
   }
   session.finish();
-  panoptic::write_glb(argv[3], session.mesh(), session.labels());
+  panoptic::write_glb(argv[3], session.mesh(), session.map().labels);
   return 0;
 } catch (const panoptic::Error& error) {
   std::fprintf(stderr, "%s\n", error.what());

@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   for (const panoptic::ObjectChange& change : panoptic::diff_maps(before, after, argv[1], argv[2]).changes) {
     const panoptic::FoundObject& object = change.before ? *change.before : *change.after;
     const auto kind = panoptic::name_of(change.kind);
-    const auto name = before.saved.header.labels.name_of(object.class_id);
+    const auto name = before.saved.map.labels.name_of(object.class_id);
     const panoptic::Vec3d& p = object.box.center_m;
     std::printf("%.*s: %.*s at %.2f %.2f %.2f\n", static_cast<int>(kind.size()), kind.data(), static_cast<int>(name.size()),
                 name.data(), p.x(), p.y(), p.z());

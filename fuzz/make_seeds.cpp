@@ -250,7 +250,8 @@ translation = [0.02, 0, 0]
 void map_seeds(Seeds& seeds, const Scratch& scratch) {
   save_small_map(scratch.path() / "a.panoptic");
   seeds.put("map_file", "small", read_file(scratch.path() / "a.panoptic"));
-  const VoxelMap map = small_map();
+  const PanopticMap small = small_map();
+  const VoxelMap& map = small.voxels;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     const Bytes bytes = BlockEncoder().encode(map.block(slot));
     seeds.put("block_codec", fmt::format("stored_{}", slot), {text(bytes)}, 0);

@@ -5,6 +5,9 @@
 #include <string>
 
 namespace panoptic::fuzz {
+
+namespace {
+
 ObjectRegistry small_registry() {
   ObjectRegistry objects(small_labels().first_thing());
   for (int i = 0; i < 3; ++i) {
@@ -17,8 +20,6 @@ ObjectRegistry small_registry() {
   objects.rule_out(static_cast<LabelSlot>(first), {ClassId{1}});
   return objects;
 }
-
-namespace {
 
 std::vector<FrameRecord> small_frames() {
   std::vector<FrameRecord> frames(2);
@@ -33,11 +34,11 @@ LabelSet small_labels() {
   return {"small", {{ClassId{1}, "floor", false, {200, 180, 160}}, {ClassId{2}, "chair", true, {31, 119, 180}, 1.5, true}}};
 }
 
-VoxelMap small_map() {
-  VoxelMap map{MapOptions{}};
+PanopticMap small_map() {
+  PanopticMap map(small_labels(), VoxelMap(MapOptions{}), small_registry());
   for (const BlockIndex index : {BlockIndex{0, 0, 0}, BlockIndex{1, 0, 0}}) {
-    map.begin_epoch();
-    VoxelBlock& block = map.block(map.allocate(index));
+    map.voxels.begin_epoch();
+    VoxelBlock& block = map.voxels.block(map.voxels.allocate(index));
     for (std::size_t v = 0; v < kBlockVoxels; v += index.x == 0 ? 1 : 7) {
       const std::size_t layer = v / (kBlockSide * kBlockSide);
       if (layer < 6 || layer > 8 || v % kBlockSide > 9 || v / kBlockSide % kBlockSide > 5) continue;
@@ -51,8 +52,8 @@ VoxelMap small_map() {
 }
 
 void save_small_map(const std::filesystem::path& path) {
-  const VoxelMap map = small_map();
-  MapUpdate update = whole_map(map, small_registry());
+  const PanopticMap map = small_map();
+  MapUpdate update = whole_map(map);
   update.frames = small_frames();
   update.notes.texts["made_by"] = "a fuzzer";
   update.notes.states["bytes"] = Bytes(100, 7);

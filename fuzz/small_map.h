@@ -12,9 +12,8 @@ namespace panoptic::fuzz {
 
 LabelSet small_labels();
 
-// A piece of level ground in two blocks.
-VoxelMap small_map();
-ObjectRegistry small_registry();  // of its objects
+// A piece of level ground in two blocks, with its objects.
+PanopticMap small_map();
 
 void save_small_map(const std::filesystem::path& path);
 

@@ -148,12 +148,12 @@ std::uint64_t observed_voxels(const VoxelMap& map) {
 }
 
 Json info_json(const std::string& path, const SavedMap& saved, const std::vector<FrameRecord>& frames) {
-  const MapQuery query(saved.map, saved.objects, saved.header.labels);
+  const MapQuery query(saved.map);
   std::map<std::string, std::uint64_t> by_class;
-  for (const FoundObject& o : query.objects()) ++by_class[std::string(saved.header.labels.name_of(o.class_id))];
+  for (const FoundObject& o : query.objects()) ++by_class[std::string(saved.map.labels.name_of(o.class_id))];
   const auto used = std::count_if(frames.begin(), frames.end(), [](const FrameRecord& f) { return f.unused_because.empty(); });
-  const ExtentBox box = bounds_of(saved.map);
-  const std::uint64_t observed = observed_voxels(saved.map);
+  const ExtentBox box = bounds_of(saved.map.voxels);
+  const std::uint64_t observed = observed_voxels(saved.map.voxels);
   const auto bytes = std::filesystem::file_size(path);
   return {{"file", path},
           {"format", saved.format},
@@ -161,14 +161,14 @@ Json info_json(const std::string& path, const SavedMap& saved, const std::vector
           {"recording", note(saved, "recording")},
           {"complete", is_complete(saved)},
           {"frames", {{"read", frames.size()}, {"used", used}, {"skipped", static_cast<std::int64_t>(frames.size()) - used}}},
-          {"voxel_size_m", saved.map.voxel_size_m()},
+          {"voxel_size_m", saved.map.voxels.voxel_size_m()},
           {"bounds", {{"min_m", to_json(box.min_m)}, {"max_m", to_json(box.max_m)}}},
-          {"blocks", saved.map.block_count()},
+          {"blocks", saved.map.voxels.block_count()},
           {"observed_voxels", observed},
           {"file_bytes", bytes},
           {"bytes_per_observed_voxel", observed > 0 ? static_cast<double>(bytes) / static_cast<double>(observed) : 0.0},
-          {"map_hash", fmt::format("{:016x}", saved.map.hash())},
-          {"label_set", saved.header.labels.name()},
+          {"map_hash", fmt::format("{:016x}", saved.map.voxels.hash())},
+          {"label_set", saved.map.labels.name()},
           {"objects", query.objects().size()},
           {"objects_by_class", by_class}};
 }
@@ -191,27 +191,27 @@ std::string info_text(const Json& j) {
 }
 
 // In the format of today, in the place of the file that it was loaded from.
-void save_anew(const std::string& path, MapLock lock, const SavedMap& saved, MapUpdate update) {
+void save_anew(const std::string& path, MapLock lock, const SavedMap& saved, const LabelSet& labels, MapUpdate update) {
   update.frames = load_frames(path);
   update.notes.texts.insert(saved.notes.texts.begin(), saved.notes.texts.end());
   update.notes.states.insert(saved.notes.states.begin(), saved.notes.states.end());
   update.notes.texts[kFromFormatNote] = std::to_string(saved.format);
-  replace_map(std::move(lock), path, saved.header, update);
+  replace_map(std::move(lock), path, {saved.options, labels}, update);
 }
 
 // The right to write a map file: of an older format it is saved anew.
 using MapOwner = std::variant<MapLock, MapFileWriter>;
 
-// What changed after that epoch goes into the file. Returns how many blocks did.
+// What changed after that epoch goes into the file; the session has taken the saved map over. Returns how many blocks changed.
 std::size_t write_changes(const std::string& path, const SavedMap& saved, MapOwner& owner, const Session& session,
                           std::uint64_t before) {
-  MapUpdate update = whole_map(session.map(), session.objects());
+  MapUpdate update = whole_map(session.map());
   update.notes = notes_of(session.state());
   const auto is_unchanged = [&](const BlockCopy& block) { return block.changed_at <= before; };
   const auto unchanged = static_cast<std::size_t>(std::count_if(update.blocks.begin(), update.blocks.end(), is_unchanged));
   const std::size_t changed = update.blocks.size() - unchanged;
   if (MapLock* lock = std::get_if<MapLock>(&owner)) {
-    save_anew(path, std::move(*lock), saved, std::move(update));
+    save_anew(path, std::move(*lock), saved, session.map().labels, std::move(update));
     return changed;
   }
   std::erase_if(update.blocks, is_unchanged);
@@ -247,10 +247,10 @@ int map_mesh(const Arguments& a) {
   set_thread_count(a.threads);
   const SavedMap saved = load_map_and_tell(a.map);
   Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map, saved.objects);
-  const Mesh mesh = mesher.assemble(saved.map, saved.objects, saved.header.labels);
+  mesher.update(saved.map);
+  const Mesh mesh = mesher.assemble(saved.map);
   if (glb) {
-    write_glb(a.output, mesh, saved.header.labels, up_of(saved));
+    write_glb(a.output, mesh, saved.map.labels, up_of(saved));
   } else {
     write_ply(a.output, mesh);
   }
@@ -265,8 +265,8 @@ int map_query(const Arguments& a) {
   if (questions > 1) throw UsageError("one question at a time: --class, --box, --nearest or --at");
   set_thread_count(a.threads);
   const SavedMap saved = load_map_and_tell(a.map);
-  const MapQuery query(saved.map, saved.objects, saved.header.labels);
-  const Answer answer = answer_to(a, query, saved.header.labels);
+  const MapQuery query(saved.map);
+  const Answer answer = answer_to(a, query, saved.map.labels);
   fmt::print("{}", a.as_json ? answer.json.dump(2) + "\n" : answer.text);
   return kDone;
 }
@@ -287,15 +287,15 @@ int map_regularize(const Arguments& a) {
   if (saved.format == kMapFormat) owner = MapFileWriter::open(a.map, std::get<MapLock>(std::move(owner)), saved);
   SessionState state = session_state(saved, load_frames(a.map));
   state.regularizer.handled.clear();  // all of it, from what the frames voted for
-  const std::uint64_t before = saved.map.epoch();
-  Session session(options, saved.header.labels);
-  session.restore(std::move(saved.map), std::move(saved.objects), std::move(state));
+  const std::uint64_t before = saved.map.voxels.epoch();
+  Session session(options, saved.map.labels);
+  session.restore(std::move(saved.map), std::move(state));
   if (saved.format != kMapFormat) session.forget_votes_without_voxels();  // they may be of objects that are no more
   session.regularize();
   if (is_complete(saved)) session.forget_votes_without_voxels();
   const std::size_t changed = write_changes(a.map, saved, owner, session, before);
-  fmt::print("{} of {} blocks have other labels now, {} objects\n", changed, session.map().block_count(),
-             session.objects().count());
+  fmt::print("{} of {} blocks have other labels now, {} objects\n", changed, session.map().voxels.block_count(),
+             session.map().objects.count());
   return kDone;
 }
 

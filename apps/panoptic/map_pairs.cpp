@@ -123,8 +123,8 @@ void draw_marker(Image<Rgb>& image, const View& view, const FoundObject& object,
 
 Mesh mesh_of(const SavedMap& saved) {
   Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map, saved.objects);
-  return mesher.assemble(saved.map, saved.objects, saved.header.labels);
+  mesher.update(saved.map);
+  return mesher.assemble(saved.map);
 }
 
 // Both maps from above, A on the left, with rings around what changed in each.
@@ -132,7 +132,7 @@ void write_picture(const std::string& path, const MapDiff& diff, const MapWithFr
   const Mesh before = mesh_of(a.saved);
   const Mesh after = mesh_of(b.saved);
   const View view = default_views(before.vertices.empty() ? after : before, up_of(a.saved)).back();
-  const LabelSet& labels = a.saved.header.labels;
+  const LabelSet& labels = a.saved.map.labels;
   Image<Rgb> left = render(before, view, ColorMode::kColor, labels);
   Image<Rgb> right = render(after, view, ColorMode::kColor, labels);
   for (const ObjectChange& c : diff.changes) {
@@ -167,7 +167,7 @@ int map_diff(const Arguments& a) {
   tell_note(note_of_format(before.saved, a.map));
   tell_note(note_of_format(after.saved, a.other_map));
   const MapDiff diff = diff_maps(before, after, a.map, a.other_map);
-  const LabelSet& labels = before.saved.header.labels;
+  const LabelSet& labels = before.saved.map.labels;
   if (!a.json.empty()) write_json_file(a.json, to_json(diff, a, labels));
   if (!a.png.empty()) write_picture(a.png, diff, before, after);
   fmt::print("{}", diff_text(diff, labels));

@@ -50,16 +50,16 @@ bool is_map_file(const std::string& path) {
 LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warnings) {
   const SavedMap saved = load_map_and_tell(path);
   LabelledMap map;
-  map.labels = saved.header.labels;
-  map.voxel_size_m = saved.map.voxel_size_m();
-  for (const Object& object : saved.objects.state().objects) {
+  map.labels = saved.map.labels;
+  map.voxel_size_m = saved.map.voxels.voxel_size_m();
+  for (const Object& object : saved.map.objects.state().objects) {
     if (object.id == PanopticId::kUnknown) continue;
     const auto observations = static_cast<double>(object.observations);
-    map.confidence[object.id] = object_confidence(probability_of_class(saved.objects, object.slot), observations);
+    map.confidence[object.id] = object_confidence(probability_of_class(saved.map.objects, object.slot), observations);
   }
   Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map, saved.objects);
-  map.mesh = mesher.assemble(saved.map, saved.objects, saved.header.labels);
+  mesher.update(saved.map);
+  map.mesh = mesher.assemble(saved.map);
   if (!is_complete(saved)) {
     warnings.push_back(fmt::format("{}: a checkpoint; this is the map of the first frames of its recording", path));
   }
@@ -80,9 +80,9 @@ OpenedResult open_map_result(const std::string& path) {
   const std::string recording = note(saved, "recording");
   const Vec3d up = up_of(saved);
   Options options = options_of(saved);
-  options.map = saved.header.options;  // without the run's memory limit
-  Session session(options, saved.header.labels);
-  session.restore(std::move(saved.map), std::move(saved.objects), std::move(state));
+  options.map = saved.options;  // without the run's memory limit
+  Session session(options, saved.map.labels);
+  session.restore(std::move(saved.map), std::move(state));
   LatestSnapshot latest;
   SnapshotPublisher publisher(latest);
   SessionCapture capture = publisher.capture(session, std::move(run));

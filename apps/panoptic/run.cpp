@@ -202,11 +202,11 @@ void print_closing(const Run& run, const std::string& output) {
   print_stages(session.profile());
   print_frames(session.frames(), run.summary.without_prediction);
   if (run.summary.online) print_online(*run.summary.online);
-  fmt::print("{} blocks, {:.0f} MB map, peak {:.0f} MB\n", session.map().block_count(),
-             static_cast<double>(session.map().memory_bytes()) / 1e6, peak_rss_mb());
-  if (const std::uint64_t refused = session.objects().refused(); refused > 0) {
+  fmt::print("{} blocks, {:.0f} MB map, peak {:.0f} MB\n", session.map().voxels.block_count(),
+             static_cast<double>(session.map().voxels.memory_bytes()) / 1e6, peak_rss_mb());
+  if (const std::uint64_t refused = session.map().objects.refused(); refused > 0) {
     tell(fmt::format("{} times there was no place for a new object: a map holds {} at a time; map smaller parts\n", refused,
-                     number(LabelSlot::kNoVote) - session.labels().first_thing()));
+                     number(LabelSlot::kNoVote) - session.map().labels.first_thing()));
   }
   const std::string pictures = run.summary.pictures ? output + "/views/*.png, " : "";
   fmt::print("\nlook at   {1}{0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output, pictures);

@@ -25,13 +25,13 @@ namespace {
 constexpr std::string_view kToken = "s3cret-token";
 
 std::shared_ptr<const Snapshot> small_snapshot() {
-  const VoxelMap map = small_map();
+  const PanopticMap map = small_map();
   Mesher mesher{MesherOptions{}};
-  mesher.update(map, small_registry());
+  mesher.update(map);
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->revision = 3;
-  for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    snapshot->chunks.push_back({map.index_of(slot), 1, mesher.chunks()[slot]});
+  for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
+    snapshot->chunks.push_back({map.voxels.index_of(slot), 1, mesher.chunks()[slot]});
   }
   SnapshotObject chair;
   chair.id = static_cast<PanopticId>(small_labels().first_thing());

@@ -145,13 +145,13 @@ void apply(const std::filesystem::path& path, Input changes, bool is_sealed) {
 
 // Whatever was loaded can be saved and loaded again.
 void save_and_load(const SavedMap& saved, std::vector<FrameRecord> frames, const std::filesystem::path& copy) {
-  MapUpdate update = whole_map(saved.map, saved.objects);
+  MapUpdate update = whole_map(saved.map);
   update.frames = std::move(frames);
   update.notes = saved.notes;
-  save_map(copy, saved.header, update);
+  save_map(copy, saved.header(), update);
   const SavedMap again = load_map(copy);
-  require(again.map.hash() == saved.map.hash(), "a map survives saving and loading");
-  require(again.objects.state() == saved.objects.state(), "objects survive saving and loading");
+  require(again.map.voxels.hash() == saved.map.voxels.hash(), "a map survives saving and loading");
+  require(again.map.objects.state() == saved.map.objects.state(), "objects survive saving and loading");
 }
 
 }  // namespace

@@ -76,12 +76,12 @@ void finish(const Mapping& mapping, const ScanTruth& truth, Totals& totals) {
   if (mapping.session) mapping.session->finish();
   LabelledMap map;
   map.mesh = mapping.session ? mapping.session->mesh() : mapping.substitute->mesh();
-  map.labels = mapping.session ? mapping.session->labels() : mapping.substitute->labels();
-  const VoxelMap& voxels = mapping.session ? mapping.session->map() : mapping.substitute->map();
-  map.voxel_size_m = static_cast<double>(voxels.voxel_size_m());
-  map.confidence = confidences(mapping.session ? mapping.session->objects() : mapping.substitute->objects(), map.mesh);
+  const PanopticMap& mapped = mapping.session ? mapping.session->map() : mapping.substitute->map();
+  map.labels = mapped.labels;
+  map.voxel_size_m = static_cast<double>(mapped.voxels.voxel_size_m());
+  map.confidence = confidences(mapped.objects, map.mesh);
   totals.objects += map.confidence.size();
-  totals.map_mb = std::max(totals.map_mb, static_cast<double>(voxels.memory_bytes()) / 1e6);
+  totals.map_mb = std::max(totals.map_mb, static_cast<double>(mapped.voxels.memory_bytes()) / 1e6);
   totals.evaluation.add(map, truth);
   if (!mapping.session) return;
   const auto& stages = mapping.session->profile().stages();

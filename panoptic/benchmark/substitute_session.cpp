@@ -31,30 +31,28 @@ std::vector<std::uint16_t> majority_instances(const RegisteredFrame& registered,
 }  // namespace
 
 SubstituteSession::SubstituteSession(const Options& options, LabelSet labels, Substitutes substitutes)
-    : labels_(std::move(labels)),
-      substitutes_(substitutes),
-      map_(options.map),
-      objects_(labels_.first_thing()),
+    : substitutes_(substitutes),
+      map_(options.map, std::move(labels)),
       registration_(options.depth),
-      tracker_(options.tracker, labels_),
-      integrator_(options.integrator, map_, labels_.first_thing()),
+      tracker_(options.tracker, map_.labels),
+      integrator_(options.integrator, map_.voxels, map_.labels.first_thing()),
       mesher_(options.mesher),
-      votes_(map_.voxel_size_m()) {}
+      votes_(map_.voxels.voxel_size_m()) {}
 
 void SubstituteSession::add(const Frame& frame, const Segmentation& segmentation, const Image<std::uint16_t>& true_instance) {
   PANOPTIC_ASSERT(true_instance.same_size(frame.depth.width(), frame.depth.height()));
   // No slot is given anew: votes_ may name any.
-  if (objects_.wants_retirement()) objects_.retire_unused(ids_in_use(map_), std::vector<bool>(kLabelSlots, true));
+  if (map_.objects.wants_retirement()) map_.prune(std::vector<bool>(kLabelSlots, true));
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (registered.readings == 0) return;
   const std::vector<LabelSlot>* ids = nullptr;
   if (substitutes_.tracking) {
     ids = &assign_truth(registered, segmentation.segments, true_instance, frame.index);
   } else {
-    reference_labels(map_, frame, registered, reference_);
-    ids = &tracker_.assign(registered, segmentation.segments, reference_, frame.index, objects_);
+    reference_labels(map_.voxels, frame, registered, reference_);
+    ids = &tracker_.assign(registered, segmentation.segments, reference_, frame.index, map_.objects);
   }
-  integrator_.integrate(frame, registered, *ids, map_);
+  integrator_.integrate(frame, registered, *ids, map_.voxels);
   if (substitutes_.storage) votes_.add(frame, registered, *ids);
 }
 
@@ -64,11 +62,11 @@ const std::vector<LabelSlot>& SubstituteSession::assign_truth(const RegisteredFr
   const auto instances = majority_instances(registered, segments.size(), true_instance);
   std::vector<LabelSlot> id_of(segments.size(), LabelSlot::kUnknown);
   for (std::size_t s = 0; s < segments.size(); ++s) {
-    if (labels_.is_stuff(segments[s].class_id)) {
+    if (map_.labels.is_stuff(segments[s].class_id)) {
       id_of[s] = LabelSet::of_class(segments[s].class_id);
     } else if (instances[s] != 0) {
       id_of[s] = object_of(instances[s]);
-      if (id_of[s] != LabelSlot::kUnknown) objects_.observe(id_of[s], segments[s], frame);
+      if (id_of[s] != LabelSlot::kUnknown) map_.objects.observe(id_of[s], segments[s], frame);
     }
   }
   assigned_.assign(registered.segment.size(), LabelSlot::kNoVote);
@@ -82,19 +80,19 @@ const std::vector<LabelSlot>& SubstituteSession::assign_truth(const RegisteredFr
 
 LabelSlot SubstituteSession::object_of(std::uint16_t true_instance) {
   const auto [entry, is_new] = object_of_instance_.try_emplace(true_instance, LabelSlot::kUnknown);
-  if (is_new || objects_.find(entry->second) == nullptr) entry->second = objects_.create().value_or(LabelSlot::kUnknown);
+  if (is_new || map_.objects.find(entry->second) == nullptr) entry->second = map_.objects.create().value_or(LabelSlot::kUnknown);
   return entry->second;
 }
 
 Mesh SubstituteSession::mesh() {
-  mesher_.update(map_, objects_);
-  Mesh mesh = mesher_.assemble(map_, objects_, labels_);
+  mesher_.update(map_);
+  Mesh mesh = mesher_.assemble(map_);
   if (!substitutes_.storage) return mesh;
   for (MeshVertex& vertex : mesh.vertices) {
     const std::optional<LabelSlot> winner = votes_.winner(vertex.position);
     if (!winner) continue;
-    vertex.panoptic_id = objects_.id_of(*winner);
-    vertex.class_id = labels_.is_object(*winner) ? objects_.class_of(*winner) : static_cast<ClassId>(number(*winner));
+    vertex.panoptic_id = map_.objects.id_of(*winner);
+    vertex.class_id = map_.class_of(*winner);
   }
   return mesh;
 }

@@ -35,19 +35,15 @@ class SubstituteSession {
   void add(const Frame& frame, const Segmentation& segmentation, const Image<std::uint16_t>& true_instance);
 
   Mesh mesh();
-  const VoxelMap& map() const { return map_; }
-  const ObjectRegistry& objects() const { return objects_; }
-  const LabelSet& labels() const { return labels_; }
+  const PanopticMap& map() const { return map_; }
 
  private:
   const std::vector<LabelSlot>& assign_truth(const RegisteredFrame& registered, std::span<const Segment> segments,
                                              const Image<std::uint16_t>& true_instance, std::int64_t frame);
   LabelSlot object_of(std::uint16_t true_instance);
 
-  LabelSet labels_;
   Substitutes substitutes_;
-  VoxelMap map_;
-  ObjectRegistry objects_;
+  PanopticMap map_;
   Registration registration_;
   LabelTracker tracker_;
   Integrator integrator_;

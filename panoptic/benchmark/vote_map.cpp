@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "panoptic/map/block_index.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 namespace {
@@ -48,8 +49,9 @@ std::optional<LabelSlot> VoteMap::winner(const Vec3f& world_point) const {
   const Cell center = cell_of(world_point.cast<double>());
   Votes votes;
   if (const auto cell = cells_.find(center); cell != cells_.end()) votes = cell->second;
-  for (int n = 0; n < 27 && cells_.find(center) == cells_.end(); ++n) {
-    const auto cell = cells_.find({center[0] + n % 3 - 1, center[1] + n / 3 % 3 - 1, center[2] + n / 9 - 1});
+  for (int n = 0; n < kNeighbours && cells_.find(center) == cells_.end(); ++n) {
+    const BlockIndex step = step_to(n);
+    const auto cell = cells_.find({center[0] + step.x, center[1] + step.y, center[2] + step.z});
     if (cell == cells_.end()) continue;
     for (const auto& [id, by] : cell->second) count(votes, id, by);
   }

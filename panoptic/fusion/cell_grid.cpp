@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "panoptic/base/error.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 namespace {
@@ -31,20 +32,16 @@ CellGrid::CellGrid(const SurfaceVoxels& surface, int voxels_per_cell) {
   Slot slot = VoxelMap::kNoSlot;
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
     const auto [x, y, z] = surface[i].at;
-    const std::int32_t cell[3] = {floor_division(x, voxels_per_cell), floor_division(y, voxels_per_cell),
-                                  floor_division(z, voxels_per_cell)};
-    const BlockIndex block{floor_division(cell[0], kBlockSide), floor_division(cell[1], kBlockSide),
-                           floor_division(cell[2], kBlockSide)};
+    const auto [block, offset] = panoptic::place_of(
+        VoxelIndex{floor_division(x, voxels_per_cell), floor_division(y, voxels_per_cell), floor_division(z, voxels_per_cell)});
     if (slot == VoxelMap::kNoSlot || block != last) slot = slot_of(block);  // neighbours nearly always share it
     last = block;
-    const int offset =
-        voxel_offset(cell[0] - kBlockSide * block.x, cell[1] - kBlockSide * block.y, cell[2] - kBlockSide * block.z);
-    places_.emplace_back(slot, static_cast<std::uint16_t>(offset));
+    places_.emplace_back(slot, offset);
   }
   neighbours_.resize(blocks.size());
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    for (int n = 0; n < 27; ++n) {
-      const auto found = slots.find(pack({blocks[b].x + n % 3 - 1, blocks[b].y + n / 3 % 3 - 1, blocks[b].z + n / 9 - 1}));
+    for (int n = 0; n < kNeighbours; ++n) {
+      const auto found = slots.find(pack(neighbour(blocks[b], n)));
       neighbours_[b][static_cast<std::size_t>(n)] = found == slots.end() ? VoxelMap::kNoSlot : found->second;
     }
   }

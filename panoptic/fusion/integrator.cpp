@@ -7,6 +7,7 @@
 
 #include "panoptic/base/parallel.h"
 #include "panoptic/fusion/band_touch.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 Fields fields(IntegratorOptions& o) {
@@ -119,9 +120,7 @@ void Integrator::update_by_projection(const FrameView& view, std::span<const Slo
   const Eigen::Matrix3f camera_from_world = view.world_from_camera.transpose();
   const Eigen::Matrix3f step = camera_from_world * map.voxel_size_m();
   parallel_for(slots.size(), [&](std::size_t i) {
-    const BlockIndex index = map.index_of(slots[i]);
-    const Vec3d first_voxel_m =
-        (Vec3d(index.x, index.y, index.z) * kBlockSide + Vec3d::Constant(0.5)) * double{map.voxel_size_m()};
+    const Vec3d first_voxel_m = center_m(first_voxel(map.index_of(slots[i])), map.voxel_size_m());
     const Vec3f place = camera_from_world * (first_voxel_m - view.camera_in_world_m).cast<float>();
     BlockInCamera in_camera{};
     for (int a = 0; a < 3; ++a) {

@@ -44,23 +44,19 @@ EdgeKey edge_key(BlockIndex block, const ChunkVertex& v) {
   return {pack(block), voxel * 3 + v.axis};
 }
 
-// Neighbours mostly bear the same id.
+// Remembers the last answer: neighbours mostly bear the same id.
 class ClassOfId {
  public:
-  ClassOfId(const ObjectRegistry& objects, const LabelSet& labels) : objects_(objects), labels_(labels) {}
+  explicit ClassOfId(const PanopticMap& map) : map_(map) {}
 
   ClassId operator()(PanopticId id) {
-    if (id == last_) return class_;
+    if (id != last_) class_ = map_.class_of(id);
     last_ = id;
-    const Object* object = objects_.find(id);
-    class_ = labels_.is_object(id) ? ClassId::kUnknown : static_cast<ClassId>(number(id));
-    if (object != nullptr) class_ = objects_.class_of(object->slot);
     return class_;
   }
 
  private:
-  const ObjectRegistry& objects_;
-  const LabelSet& labels_;
+  const PanopticMap& map_;
   PanopticId last_ = PanopticId::kUnknown;
   ClassId class_ = ClassId::kUnknown;
 };
@@ -72,7 +68,8 @@ Fields fields(MesherOptions& o) {
       {"min_weight", &o.min_weight, "voxels observed with less weight than this are left out of the mesh", in_range(0, 1000)}};
 }
 
-std::size_t Mesher::update(const VoxelMap& map, const ObjectRegistry& objects) {
+std::size_t Mesher::update(const PanopticMap& panoptic_map) {
+  const VoxelMap& map = panoptic_map.voxels;
   std::vector<Slot> slots;
   for (const Slot slot : map.changed_since(seen_epoch_)) add_with_lower_neighbours(map, map.index_of(slot), slots);
   std::sort(slots.begin(), slots.end());
@@ -80,14 +77,14 @@ std::size_t Mesher::update(const VoxelMap& map, const ObjectRegistry& objects) {
   if (chunks_.size() < map.block_count()) chunks_.resize(map.block_count(), std::make_shared<const MeshChunk>());
   parallel_for(slots.size(), [&](std::size_t i) {
     std::shared_ptr<const MeshChunk>& chunk = chunks_[slots[i]];
-    MeshChunk made = extract_chunk(map, objects, slots[i], options_.min_weight);
+    MeshChunk made = extract_chunk(map, panoptic_map.objects, slots[i], options_.min_weight);
     if (!made.triangles.empty() || !chunk->triangles.empty()) chunk = std::make_shared<const MeshChunk>(std::move(made));
   });
   seen_epoch_ = map.epoch();
   return slots.size();
 }
 
-Mesh Mesher::assemble(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels) const {
+Mesh Mesher::assemble(const PanopticMap& map) const {
   Mesh mesh;
   std::size_t vertex_count = 0;
   std::size_t triangle_count = 0;
@@ -99,14 +96,14 @@ Mesh Mesher::assemble(const VoxelMap& map, const ObjectRegistry& objects, const 
   mesh.triangles.reserve(triangle_count);
   std::unordered_map<EdgeKey, std::uint32_t, EdgeHash> border_vertices;
   std::vector<std::uint32_t> global;
-  ClassOfId class_of(objects, labels);
+  ClassOfId class_of(map);
   for (Slot slot = 0; slot < chunks_.size(); ++slot) {
     const MeshChunk& chunk = *chunks_[slot];
     global.resize(chunk.vertices.size());
     for (std::size_t i = 0; i < chunk.vertices.size(); ++i) {
       const ChunkVertex& v = chunk.vertices[i];
       auto next = static_cast<std::uint32_t>(mesh.vertices.size());
-      if (on_border(v)) next = border_vertices.try_emplace(edge_key(map.index_of(slot), v), next).first->second;
+      if (on_border(v)) next = border_vertices.try_emplace(edge_key(map.voxels.index_of(slot), v), next).first->second;
       global[i] = next;
       if (next < mesh.vertices.size()) {
         mesh.vertices[next].normal += v.area_normal;

@@ -11,8 +11,7 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/data/mesh.h"
-#include "panoptic/map/object_registry.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/map/panoptic_map.h"
 
 namespace panoptic {
 
@@ -45,11 +44,11 @@ class Mesher {
   // Extracts anew the chunks of the blocks that changed since the last call and of the neighbours that look into them; blocks
   // run in parallel. A chunk that was empty and still is stays the same one. Returns how many were looked at. Ids are those of
   // the objects now: a slot changes hands only where voxels change, so that older chunks are right too.
-  std::size_t update(const VoxelMap& map, const ObjectRegistry& objects);
+  std::size_t update(const PanopticMap& map);
 
   // All chunks as one mesh with shared vertices (none twice at block borders), unit normals, and classes as the objects have
   // them now. REQUIRES an update since the map changed.
-  Mesh assemble(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels) const;
+  Mesh assemble(const PanopticMap& map) const;
 
   // By slot, never null. A chunk is immutable: what changed is replaced, so whoever shares one may read it for ever, on any
   // thread, and chunks at the same address are the same chunk.

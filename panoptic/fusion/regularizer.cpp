@@ -12,6 +12,7 @@
 
 #include "panoptic/base/parallel.h"
 #include "panoptic/fusion/map_division.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 namespace {
@@ -128,9 +129,9 @@ std::vector<std::vector<Slot>> Regularizer::choose(const VoxelMap& map) const {
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     if (map.changed_at(slot) <= (slot < handled_.size() ? handled_[slot] : 0)) continue;
     const BlockIndex c = map.index_of(slot);
-    for (int n = 0; n < 27; ++n) {
-      const Slot neighbour = map.find_slot({c.x + n % 3 - 1, c.y + n / 3 % 3 - 1, c.z + n / 9 - 1});
-      if (neighbour != VoxelMap::kNoSlot) chosen[neighbour] = true;
+    for (int n = 0; n < kNeighbours; ++n) {
+      const Slot found = map.find_slot(neighbour(c, n));
+      if (found != VoxelMap::kNoSlot) chosen[found] = true;
     }
   }
   std::vector<Slot> slots;

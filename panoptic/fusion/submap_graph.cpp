@@ -9,6 +9,7 @@
 
 #include "panoptic/base/clones.h"
 #include "panoptic/fusion/lanes.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 namespace kernels {
@@ -81,18 +82,17 @@ std::vector<Part> parts_of(const VoxelMap& map, std::span<const Slot> blocks, co
   std::map<std::uint64_t, Part> parts;
   for (const Slot slot : blocks) {
     const BlockIndex c = map.index_of(slot);
-    for (int n = 0; n < 27; ++n) {
-      const int dx = n % 3 - 1;
-      const int dy = n / 3 % 3 - 1;
-      const int dz = n / 9 - 1;
-      const BlockIndex index{c.x + dx, c.y + dy, c.z + dz};
+    for (int n = 0; n < kNeighbours; ++n) {
+      const BlockIndex step = step_to(n);
+      const BlockIndex index = neighbour(c, n);
       const Slot found = map.find_slot(index);
       if (found == VoxelMap::kNoSlot) continue;
       Part& part = parts[pack(index)];
       part.index = index;
       part.slot = found;
       part.core |= found == slot;
-      add_box(part, reached(dx, settings.halo_voxels), reached(dy, settings.halo_voxels), reached(dz, settings.halo_voxels));
+      const auto halo = [&](std::int32_t along) { return reached(along, settings.halo_voxels); };
+      add_box(part, halo(step.x), halo(step.y), halo(step.z));
     }
   }
   std::vector<Part> sorted;

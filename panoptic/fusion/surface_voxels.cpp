@@ -12,8 +12,6 @@
 namespace panoptic {
 namespace {
 
-constexpr float kBand_voxels = 1.5F;
-
 BlockBits surface_of(const VoxelBlock& block, float band_m) {
   std::array<std::uint8_t, kBlockVoxels> is_surface{};  // a loop that compilers vectorise; few rows have any
   for (std::size_t v = 0; v < is_surface.size(); ++v) {
@@ -59,12 +57,11 @@ void SurfaceVoxels::meet_new_blocks(const VoxelMap& map) {
   blocks_.resize(map.block_count());
   for (auto slot = static_cast<Slot>(known); slot < blocks_.size(); ++slot) {
     const BlockIndex c = map.index_of(slot);
-    blocks_[slot].corner = {c.x * kBlockSide, c.y * kBlockSide, c.z * kBlockSide};
-    for (std::size_t n = 0; n < 27; ++n) {
-      const auto d = static_cast<int>(n);
-      const Slot neighbour = map.find_slot({c.x + d % 3 - 1, c.y + d / 3 % 3 - 1, c.z + d / 9 - 1});
-      blocks_[slot].neighbours[n] = neighbour;
-      if (neighbour != VoxelMap::kNoSlot) blocks_[neighbour].neighbours[26 - n] = slot;
+    blocks_[slot].corner = first_voxel(c);
+    for (int n = 0; n < kNeighbours; ++n) {
+      const Slot found = map.find_slot(neighbour(c, n));
+      blocks_[slot].neighbours[static_cast<std::size_t>(n)] = found;
+      if (found != VoxelMap::kNoSlot) blocks_[found].neighbours[static_cast<std::size_t>(kNeighbours - 1 - n)] = slot;
     }
   }
 }
@@ -76,7 +73,7 @@ void SurfaceVoxels::update(const VoxelMap& map) {
   }
   map_ = &map;
   meet_new_blocks(map);
-  const float band_m = kBand_voxels * map.voxel_size_m();
+  const float band_m = kSurfaceBand_voxels * map.voxel_size_m();
   std::vector<char> is_known(blocks_.size(), 1);
   parallel_for(blocks_.size(), [&](std::size_t slot) {
     if (map.changed_at(static_cast<Slot>(slot)) <= seen_epoch_) return;

@@ -18,6 +18,7 @@
 #include "panoptic/base/error.h"
 #include "panoptic/data/labels.h"
 #include "panoptic/fusion/frame_votes.h"
+#include "panoptic/map/voxel_grid.h"
 #include "panoptic/map/voxel_map.h"
 
 namespace panoptic {
@@ -37,7 +38,7 @@ inline constexpr int kBlockRows = kBlockSide * kBlockSide;
 using BlockBits = std::array<std::uint16_t, kBlockRows>;
 
 // The slots of a block and of those around it, x fastest, the block itself in the middle; VoxelMap::kNoSlot where there is none.
-using NeighbourSlots = std::array<Slot, 27>;
+using NeighbourSlots = std::array<Slot, kNeighbours>;
 
 // The rows of voxels around the voxel of a block with these neighbours: calls visit(slot, row, mask) with a bit for every place
 // that is at most `reach` voxels away along y and z and half_width(dy, dz) (at most reach; none if negative) along x, until a
@@ -181,12 +182,7 @@ void visit_rows_around(const NeighbourSlots& blocks, std::uint16_t voxel, int re
 
 inline SurfaceVoxel SurfaceVoxels::operator[](std::uint32_t i) const {
   const Entry& e = voxels_[i];
-  const std::array<std::int32_t, 3>& corner = blocks_[e.slot].corner;
-  const int v = e.voxel;
-  return {{corner[0] + v % kBlockSide, corner[1] + v / kBlockSide % kBlockSide, corner[2] + v / (kBlockSide * kBlockSide)},
-          e.label,
-          e.slot,
-          e.voxel};
+  return {voxel_at(blocks_[e.slot].corner, e.voxel), e.label, e.slot, e.voxel};
 }
 
 inline std::uint32_t SurfaceVoxels::index_at(Slot slot, int row, int x) const {

@@ -3,7 +3,6 @@
 #include "panoptic/map/label_extents.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "panoptic/base/parallel.h"
 
@@ -32,19 +31,19 @@ ExtentBox box_of(const LabelExtent& extent, double voxel_size_m) {
 
 LabelExtents label_extents(const VoxelBlock& block, BlockIndex index, float voxel_size_m) {
   const float band_m = kSurfaceBand_voxels * voxel_size_m;
-  const std::array<std::int32_t, 3> corner{index.x * kBlockSide, index.y * kBlockSide, index.z * kBlockSide};
+  const VoxelIndex first = first_voxel(index);
   LabelExtents extents;
   LabelExtent* last = nullptr;  // labels come in long runs
   std::uint16_t last_label = 0;
   for (std::int32_t v = 0; v < kBlockVoxels; ++v) {
     const auto i = static_cast<std::size_t>(v);
-    if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m) continue;
+    if (!is_surface(block, i, band_m)) continue;
     if (last == nullptr || block.label[i] != last_label) {
       last_label = block.label[i];
       last = &extents[static_cast<LabelSlot>(last_label)];
     }
     LabelExtent one{.voxels = 1};
-    one.min = {corner[0] + v % kBlockSide, corner[1] + v / kBlockSide % kBlockSide, corner[2] + v / (kBlockSide * kBlockSide)};
+    one.min = voxel_at(first, v);
     one.max = one.min;
     for (std::size_t a = 0; a < 3; ++a) one.sum[a] = one.min[a];
     last->add(one);

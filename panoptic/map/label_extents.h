@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where the voxels of a label are, without a mesh. Counted are observed voxels near the surface.
+// Where the voxels of a label are, without a mesh. Counted is the surface band (voxel_grid.h).
 #pragma once
 
 #include <array>
@@ -11,18 +11,15 @@
 
 #include "panoptic/base/geometry.h"
 #include "panoptic/data/labels.h"
+#include "panoptic/map/voxel_grid.h"
 #include "panoptic/map/voxel_map.h"
 
 namespace panoptic {
 
-// How near the surface is.
-inline constexpr float kSurfaceBand_voxels = 1.5F;
-
 struct LabelExtent {
   std::uint64_t voxels = 0;
-  // Voxel coordinates in the whole map; metres = (coordinate + 0.5) * voxel size.
-  std::array<std::int32_t, 3> min{};
-  std::array<std::int32_t, 3> max{};
+  VoxelIndex min{};
+  VoxelIndex max{};
   std::array<std::int64_t, 3> sum{};
 
   void add(const LabelExtent& other);

@@ -238,13 +238,14 @@ MapFileWriter MapFileWriter::open(const std::filesystem::path& path, MapLock loc
     throw Error(fmt::format("{} has format {}, and what is written now has {}: it can be read and saved anew, not gone on with",
                             path.string(), saved.format, kMapFormat));
   }
-  auto state = std::make_unique<State>(path, saved.header);
+  auto state = std::make_unique<State>(path, saved.header());
   state->lock.emplace(std::move(lock));
   state->database.execute(kWriteAhead);
-  state->extents.resize(saved.map.block_count());
-  parallel_for(saved.map.block_count(), [&](std::size_t i) {
+  const VoxelMap& voxels = saved.map.voxels;
+  state->extents.resize(voxels.block_count());
+  parallel_for(voxels.block_count(), [&](std::size_t i) {
     const auto slot = static_cast<Slot>(i);
-    state->extents[i] = label_extents(saved.map.block(slot), saved.map.index_of(slot), saved.map.voxel_size_m());
+    state->extents[i] = label_extents(voxels.block(slot), voxels.index_of(slot), voxels.voxel_size_m());
   });
   return MapFileWriter(std::move(state));
 }
@@ -279,10 +280,11 @@ void MapFileWriter::close() {
   state->database.execute(kOneFile);
 }
 
-MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects) {
-  MapUpdate update{.epoch = map.epoch(), .objects = objects};
-  for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    update.blocks.push_back({slot, map.index_of(slot), map.changed_at(slot), &map.block(slot)});
+MapUpdate whole_map(const PanopticMap& map) {
+  const VoxelMap& voxels = map.voxels;
+  MapUpdate update{.epoch = voxels.epoch(), .objects = map.objects};
+  for (Slot slot = 0; slot < voxels.block_count(); ++slot) {
+    update.blocks.push_back({slot, voxels.index_of(slot), voxels.changed_at(slot), &voxels.block(slot)});
   }
   return update;
 }

@@ -19,8 +19,7 @@
 #include "panoptic/map/compression.h"
 #include "panoptic/map/map_lock.h"
 #include "panoptic/map/map_schema.h"
-#include "panoptic/map/object_registry.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/map/panoptic_map.h"
 
 namespace panoptic {
 
@@ -48,11 +47,12 @@ struct MapNotes {
 };
 
 struct SavedMap {
-  MapHeader header;
-  VoxelMap map;
-  ObjectRegistry objects;
+  MapOptions options;
+  PanopticMap map;
   MapNotes notes;
   std::int64_t format = kMapFormat;  // of the file that it was loaded from
+
+  MapHeader header() const { return {options, map.labels}; }
 };
 
 // One line for users about a map that was loaded from the file: what its older format lacks. Empty if it lacks nothing.
@@ -79,7 +79,7 @@ struct MapUpdate {
   MapNotes notes;                   // all of them
 };
 // Everything of a map; good as long as the map is.
-MapUpdate whole_map(const VoxelMap& map, const ObjectRegistry& objects);
+MapUpdate whole_map(const PanopticMap& map);
 
 // Writes a map file bit by bit while the map grows. At every moment the file holds what the last successful write was given,
 // also if the process is killed. Until it is closed nobody else can write the file. One thread at a time; not necessarily the one

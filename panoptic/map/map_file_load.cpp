@@ -224,7 +224,9 @@ SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
               {format, known_slots(registry, format, first)});
   for (const char* name : kFormatNames) meta.erase(name);
   MapNotes notes{std::move(meta), read_states(database)};
-  return {std::move(header), std::move(map), ObjectRegistry(first, std::move(registry)), std::move(notes), format};
+  ObjectRegistry objects(first, std::move(registry));
+  return {std::move(header.options), PanopticMap(std::move(header.labels), std::move(map), std::move(objects)), std::move(notes),
+          format};
 }
 
 std::string note_of_format(const SavedMap& saved, const std::filesystem::path& path) {

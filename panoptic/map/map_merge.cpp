@@ -78,7 +78,7 @@ struct FrameNumbers {
 FrameNumbers frame_numbers(const MapWithFrames& map, const std::string& name) {
   FrameNumbers numbers;
   for (const FrameRecord& frame : map.frames) numbers.add(frame.frame);
-  for (const Object& object : map.saved.objects.state().objects) {
+  for (const Object& object : map.saved.map.objects.state().objects) {
     if (object.id == PanopticId::kUnknown) continue;
     numbers.add(object.first_frame);
     numbers.add(object.last_frame);
@@ -232,17 +232,18 @@ void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merge
 }
 
 MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b) {
-  require_comparable(a.saved.header, b.saved.header, name_a, name_b);
+  require_comparable(a.saved.header(), b.saved.header(), name_a, name_b);
   MapMerge merge{.merged = std::move(a)};
   SavedMap& into = merge.merged.saved;
   merge.frame_shift = shift_between(frame_numbers(merge.merged, name_a), frame_numbers(b, name_b));
   merge.matches = match_objects(into, b.saved);
-  MergedObjects objects(into.objects, name_a + " and " + name_b);
-  objects.take_up(b.saved.objects, merge.matches, merge.frame_shift);
-  into.header.options.max_weight = common_max_weight(into.header.options.max_weight, b.saved.header.options.max_weight);
-  merge_voxels(b.saved.map, objects, std::min(into.map.max_weight(), b.saved.map.max_weight()), into.map);
-  into.objects = objects.registry();
-  into.objects.retire_unused(ids_in_use(into.map));
+  MergedObjects objects(into.map.objects, name_a + " and " + name_b);
+  objects.take_up(b.saved.map.objects, merge.matches, merge.frame_shift);
+  into.options.max_weight = common_max_weight(into.options.max_weight, b.saved.options.max_weight);
+  merge_voxels(b.saved.map.voxels, objects, std::min(into.map.voxels.max_weight(), b.saved.map.voxels.max_weight()),
+               into.map.voxels);
+  into.map.objects = objects.registry();
+  into.map.prune();
   into.notes = {};
   std::int64_t position = merge.merged.frames.empty() ? 0 : merge.merged.frames.back().position + 1;
   for (FrameRecord record : b.frames) {

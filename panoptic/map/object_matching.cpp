@@ -14,6 +14,7 @@
 #include "panoptic/base/error.h"
 #include "panoptic/base/parallel.h"
 #include "panoptic/map/label_extents.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 namespace {
@@ -72,23 +73,23 @@ std::uint64_t voxels_of(const LabelExtents& extents, LabelSlot slot) {
 }
 
 std::vector<Overlap> overlaps_of(const SavedMap& a, const SavedMap& b) {
-  const Counts counts = common_labels(a.map, b.map);
+  const Counts counts = common_labels(a.map.voxels, b.map.voxels);
   std::map<LabelSlot, std::uint64_t> of_a;
   std::map<LabelSlot, std::uint64_t> of_b;
   for (const auto& [pair, count] : counts) {
     of_a[pair.first] += count;
     of_b[pair.second] += count;
   }
-  const LabelExtents extents_a = label_extents(a.map);
-  const LabelExtents extents_b = label_extents(b.map);
+  const LabelExtents extents_a = label_extents(a.map.voxels);
+  const LabelExtents extents_b = label_extents(b.map.voxels);
   std::vector<Overlap> overlaps;
   for (const auto& [pair, count] : counts) {
     const auto& [slot_a, slot_b] = pair;
-    const Object* object_a = a.objects.find(slot_a);
-    const Object* object_b = b.objects.find(slot_b);
+    const Object* object_a = a.map.objects.find(slot_a);
+    const Object* object_b = b.map.objects.find(slot_b);
     if (object_a == nullptr || object_b == nullptr) continue;
     const std::uint64_t smaller = std::min(voxels_of(extents_a, slot_a), voxels_of(extents_b, slot_b));
-    overlaps.push_back({object_a->id, object_b->id, a.objects.class_of(slot_a) == b.objects.class_of(slot_b),
+    overlaps.push_back({object_a->id, object_b->id, a.map.objects.class_of(slot_a) == b.map.objects.class_of(slot_b),
                         count >= kLeastCommonVoxels || 2 * count >= smaller, static_cast<double>(count),
                         static_cast<double>(of_a[slot_a]), static_cast<double>(of_b[slot_b])});
   }

@@ -78,9 +78,9 @@ void require_same_run(const std::filesystem::path& path, const SavedMap& saved, 
                     "file",
                     path.string(), name, before, now));
   }
-  if (!same_labels(saved.header.labels, labels)) {
+  if (!same_labels(saved.map.labels, labels)) {
     throw Error(fmt::format("{} is of another run: its label set '{}' is not '{}' as it is now; choose another file",
-                            path.string(), saved.header.labels.name(), labels.name()));
+                            path.string(), saved.map.labels.name(), labels.name()));
   }
 }
 
@@ -144,7 +144,7 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
   }
   // With all that resuming needs from the first moment: the process may be killed at any.
   pending_ = copy(session, false);
-  const MapHeader header{identity.options.map, session.labels()};
+  const MapHeader header{identity.options.map, session.map().labels};
   writer_ = std::make_unique<MapFileWriter>(MapFileWriter::create(settings_.path, header, pending_->update));
   collect();
 }
@@ -153,7 +153,7 @@ void Checkpoints::resume(const RunIdentity& identity, Session& session) {
   MapLock lock(settings_.path);
   SavedMap saved = load_map(settings_.path, identity.options.map);
   require_resumable(settings_.path, saved, identity);
-  require_same_run(settings_.path, saved, identity, session.labels());
+  require_same_run(settings_.path, saved, identity, session.map().labels);
   resumed_frames_ = load_frames(settings_.path);
   positions_ = resumed_frames_.size();
   if (positions_ > 0 && static_cast<std::uint64_t>(resumed_frames_.back().position) + 1 != positions_) {
@@ -162,8 +162,8 @@ void Checkpoints::resume(const RunIdentity& identity, Session& session) {
   was_complete_ = is_complete(saved);
   SessionState state = session_state(saved, resumed_frames_);
   writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
-  saved_epoch_ = saved.map.epoch();
-  session.restore(std::move(saved.map), std::move(saved.objects), std::move(state));
+  saved_epoch_ = saved.map.voxels.epoch();
+  session.restore(std::move(saved.map), std::move(state));
 }
 
 Checkpoints::~Checkpoints() {
@@ -179,7 +179,7 @@ std::int64_t Checkpoints::note(FrameRecord record) {
 
 std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Session& session, bool complete) {
   auto pending = std::make_unique<Pending>();
-  const VoxelMap& map = session.map();
+  const VoxelMap& map = session.map().voxels;
   pending->update.epoch = map.epoch();
   for (const Slot slot : map.changed_since(saved_epoch_)) {
     pending->update.blocks.push_back({slot, map.index_of(slot), map.changed_at(slot), nullptr});
@@ -191,7 +191,7 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Session& session, 
     std::memcpy(pending->blocks[i].get(), &map.block(block.slot), sizeof(VoxelBlock));
     block.voxels = pending->blocks[i].get();
   });
-  pending->update.objects = session.objects();
+  pending->update.objects = session.map().objects;
   pending->update.frames = std::exchange(frames_, {});
   pending->update.notes = notes_of(session.state());
   pending->update.notes.texts.insert(identity_.begin(), identity_.end());

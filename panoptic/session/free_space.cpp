@@ -7,6 +7,8 @@
 #include <numbers>
 #include <optional>
 
+#include "panoptic/map/voxel_grid.h"
+
 namespace panoptic {
 namespace {
 
@@ -18,14 +20,11 @@ class DistanceAt {
   explicit DistanceAt(const VoxelMap& map) : lookup_(map), voxel_size_m_(map.voxel_size_m()) {}
 
   std::optional<float> operator()(const Vec3d& point_m) {
-    const Vec3d voxel = (point_m / voxel_size_m_).array().floor();
-    constexpr double kFarthest = double{kMaxBlockCoordinate} * kBlockSide;
-    if (!voxel.allFinite() || voxel.cwiseAbs().maxCoeff() > kFarthest) return std::nullopt;
-    const Eigen::Vector3i v = voxel.cast<int>();
-    const VoxelBlock* block = lookup_.find({v.x() >> 4, v.y() >> 4, v.z() >> 4});
-    const auto i = static_cast<std::size_t>(voxel_offset(v.x() & 15, v.y() & 15, v.z() & 15));
-    if (block == nullptr || !(block->weight[i] > 0)) return std::nullopt;
-    return block->distance[i] / static_cast<float>(voxel_size_m_);
+    const std::optional<VoxelPlace> place = place_of(point_m, voxel_size_m_);
+    if (!place) return std::nullopt;
+    const VoxelBlock* block = lookup_.find(place->block);
+    if (block == nullptr || !(block->weight[place->offset] > 0)) return std::nullopt;
+    return block->distance[place->offset] / static_cast<float>(voxel_size_m_);
   }
 
  private:
@@ -47,8 +46,8 @@ FreeSpace::FreeSpace(const VoxelMap& map, const std::vector<FrameRecord>& frames
 Occupancy FreeSpace::at(const Vec3d& point_m) const {
   const std::optional<float> distance = DistanceAt(map_)(point_m);
   if (!distance) return seen_through(point_m) ? Occupancy::kFree : Occupancy::kUnseen;
-  if (*distance < -kSurface_voxels) return Occupancy::kUnseen;  // hidden behind a surface
-  return *distance > kSurface_voxels ? Occupancy::kFree : Occupancy::kSurface;
+  if (*distance < -kSurfaceBand_voxels) return Occupancy::kUnseen;  // hidden behind a surface
+  return *distance > kSurfaceBand_voxels ? Occupancy::kFree : Occupancy::kSurface;
 }
 
 bool FreeSpace::seen_through(const Vec3d& point_m) const {

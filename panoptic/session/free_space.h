@@ -15,6 +15,7 @@
 
 namespace panoptic {
 
+// Nearer to a surface than kSurfaceBand_voxels is at the surface.
 enum class Occupancy : std::uint8_t { kUnseen, kFree, kSurface };
 
 // Of a map at the time when it is made; the map must outlive it. const functions may be called from several threads.
@@ -24,8 +25,6 @@ class FreeSpace {
   static constexpr std::size_t kMostCameras = 256;
   // Half the angle of the cone around the optical axis that every depth camera sees: the file does not tell its intrinsics.
   static constexpr double kViewCone_deg = 20;
-  // Nearer to a surface than this is at the surface, as in label_extents.
-  static constexpr float kSurface_voxels = 1.5F;
 
   // `reach_m`: how far the depth camera sees (depth.max_m).
   FreeSpace(const VoxelMap& map, const std::vector<FrameRecord>& frames, double reach_m);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "panoptic/base/parallel.h"
+#include "panoptic/map/voxel_grid.h"
 #include "panoptic/session/checkpoint.h"
 #include "panoptic/session/free_space.h"
 
@@ -28,15 +29,13 @@ Surfaces surfaces_of(const VoxelMap& map, const std::map<LabelSlot, PanopticId>&
   Surfaces surfaces;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     const VoxelBlock& block = map.block(slot);
-    const BlockIndex b = map.index_of(slot);
-    const Vec3d corner = Vec3d(b.x, b.y, b.z) * kBlockSide + Vec3d::Constant(0.5);
+    const VoxelIndex first = first_voxel(map.index_of(slot));
     for (int v = 0; v < kBlockVoxels; ++v) {
       const auto i = static_cast<std::size_t>(v);
-      if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m) continue;
+      if (!is_surface(block, i, band_m)) continue;
       const auto id = ids.find(static_cast<LabelSlot>(block.label[i]));
       if (id == ids.end()) continue;
-      const Vec3d within(v % kBlockSide, v / kBlockSide % kBlockSide, v / (kBlockSide * kBlockSide));
-      surfaces[id->second].push_back((corner + within) * double{map.voxel_size_m()});
+      surfaces[id->second].push_back(center_m(voxel_at(first, v), map.voxel_size_m()));
     }
   }
   return surfaces;
@@ -89,8 +88,8 @@ struct Side {
 
   explicit Side(const MapWithFrames& map)
       : saved(map.saved),
-        objects(MapQuery(map.saved.map, map.saved.objects, map.saved.header.labels).objects()),
-        space(map.saved.map, map.frames, double{options_of(map.saved).depth.max_m}) {}
+        objects(MapQuery(map.saved.map).objects()),
+        space(map.saved.map.voxels, map.frames, double{options_of(map.saved).depth.max_m}) {}
 
   const FoundObject* find(PanopticId id) const {
     const auto found = std::find_if(objects.begin(), objects.end(), [&](const FoundObject& o) { return o.id == id; });
@@ -111,7 +110,7 @@ std::vector<Single> singles_of(const Side& side, const std::set<PanopticId>& mat
     }
   }
   std::vector<Single> singles;
-  for (const auto& [id, points] : surfaces_of(side.saved.map, ids)) {
+  for (const auto& [id, points] : surfaces_of(side.saved.map.voxels, ids)) {
     singles.push_back({*side.find(id), spread_of(points), look_at_place(points, other)});
   }
   return singles;
@@ -185,7 +184,7 @@ std::string_view name_of(ChangeKind kind) {
 }
 
 MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b) {
-  require_comparable(a.saved.header, b.saved.header, name_a, name_b);
+  require_comparable(a.saved.header(), b.saved.header(), name_a, name_b);
   const Side before(a);
   const Side after(b);
   const std::vector<ObjectMatch> matches = match_objects(a.saved, b.saved);
@@ -199,7 +198,7 @@ MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::str
   add_pairs(matches, before, after, diff);
   std::vector<Single> gone = singles_of(before, matched_a, after.space, diff.too_small);
   std::vector<Single> come = singles_of(after, matched_b, before.space, diff.too_small);
-  pair_moved(gone, come, a.saved.map.voxel_size_m(), diff);
+  pair_moved(gone, come, a.saved.map.voxels.voxel_size_m(), diff);
   for (const Single& s : gone) {
     diff.changes.push_back({kind_of(s, ChangeKind::kVanished, ChangeKind::kNotSeenInB), s.object, std::nullopt, s.sight.free, 0});
   }

@@ -59,8 +59,8 @@ MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesyste
   }
   MapWithFrames first = load_map_with_frames(a);
   const MapWithFrames second = load_map_with_frames(b);
-  require_comparable(first.saved.header, second.saved.header, a.string(), b.string());
-  MergedFiles summary{.objects_a = first.saved.objects.count(), .objects_b = second.saved.objects.count()};
+  require_comparable(first.saved.header(), second.saved.header(), a.string(), b.string());
+  MergedFiles summary{.objects_a = first.saved.map.objects.count(), .objects_b = second.saved.map.objects.count()};
   for (const std::string& note : {note_of_format(first.saved, a), note_of_format(second.saved, b)}) {
     if (!note.empty()) summary.notes.push_back(note);
   }
@@ -68,12 +68,12 @@ MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesyste
   const RunNotes notes_b = run_notes(second);
   const MapMerge merge = merge_maps(std::move(first), second, a.string(), b.string());
   const SavedMap& saved = merge.merged.saved;
-  MapUpdate update = whole_map(saved.map, saved.objects);
+  MapUpdate update = whole_map(saved.map);
   update.frames = merge.merged.frames;
   update.notes = merged_notes(notes_a, notes_b, merge.frame_shift);
-  save_map(merged, saved.header, update);
-  summary.objects = saved.objects.count();
-  summary.blocks = saved.map.block_count();
+  save_map(merged, saved.header(), update);
+  summary.objects = saved.map.objects.count();
+  summary.blocks = saved.map.voxels.block_count();
   for (const ObjectMatch& match : merge.matches) (match.kind == MatchKind::kSame ? summary.same : summary.parts)++;
   return summary;
 }

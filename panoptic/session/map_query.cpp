@@ -12,26 +12,23 @@
 #include <tuple>
 
 #include "panoptic/base/error.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 namespace {
 
-constexpr float kBand_voxels = 1.5F;
-
 // The square of the distance from a point to the nearest surface voxel of every label.
 std::map<LabelSlot, double> squared_distances(const VoxelMap& map, const Vec3d& point_m) {
   const double size = map.voxel_size_m();
-  const float band_m = kBand_voxels * map.voxel_size_m();
+  const float band_m = kSurfaceBand_voxels * map.voxel_size_m();
   std::map<LabelSlot, double> nearest;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     const VoxelBlock& block = map.block(slot);
-    const BlockIndex b = map.index_of(slot);
-    const Vec3d corner = Vec3d(b.x, b.y, b.z) * kBlockSide;
+    const VoxelIndex first = first_voxel(map.index_of(slot));
     for (int v = 0; v < kBlockVoxels; ++v) {
       const auto i = static_cast<std::size_t>(v);
-      if (!(block.weight[i] > 0) || std::abs(block.distance[i]) > band_m) continue;
-      const Vec3d within(v % kBlockSide, v / kBlockSide % kBlockSide, v / (kBlockSide * kBlockSide));
-      const double squared = ((corner + within + Vec3d::Constant(0.5)) * size - point_m).squaredNorm();
+      if (!is_surface(block, i, band_m)) continue;
+      const double squared = (center_m(voxel_at(first, v), size) - point_m).squaredNorm();
       const auto [at, is_new] = nearest.emplace(static_cast<LabelSlot>(block.label[i]), squared);
       if (!is_new) at->second = std::min(at->second, squared);
     }
@@ -41,17 +38,16 @@ std::map<LabelSlot, double> squared_distances(const VoxelMap& map, const Vec3d& 
 
 }  // namespace
 
-MapQuery::MapQuery(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels)
-    : map_(map), registry_(objects), labels_(labels) {
-  for (const auto& [slot, extent] : label_extents(map)) {
-    const Object* object = registry_.find(slot);
+MapQuery::MapQuery(const PanopticMap& map) : map_(map) {
+  for (const auto& [slot, extent] : label_extents(map.voxels)) {
+    const Object* object = map_.objects.find(slot);
     if (object == nullptr) continue;
     FoundObject found{.id = object->id,
                       .slot = slot,
-                      .class_id = registry_.class_of(slot),
-                      .box = box_of(extent, map.voxel_size_m()),
+                      .class_id = map_.objects.class_of(slot),
+                      .box = box_of(extent, map.voxels.voxel_size_m()),
                       .voxels = extent.voxels};
-    for (const ClassProbability& p : registry_.probabilities(slot)) {
+    for (const ClassProbability& p : map_.objects.probabilities(slot)) {
       if (p.class_id == found.class_id) found.probability = p.probability;
     }
     found.observations = object->observations;
@@ -63,11 +59,11 @@ MapQuery::MapQuery(const VoxelMap& map, const ObjectRegistry& objects, const Lab
 }
 
 std::vector<FoundObject> MapQuery::of_class(std::string_view name) const {
-  const LabelClass* wanted = labels_.find(name);
-  const bool unknown = name == labels_.name_of(ClassId::kUnknown);
+  const LabelClass* wanted = map_.labels.find(name);
+  const bool unknown = name == map_.labels.name_of(ClassId::kUnknown);
   if (wanted == nullptr && !unknown) {
     std::string known;
-    for (const LabelClass& c : labels_.classes()) known += (known.empty() ? "" : ", ") + c.name;
+    for (const LabelClass& c : map_.labels.classes()) known += (known.empty() ? "" : ", ") + c.name;
     throw Error(fmt::format("there is no class '{}' in this map; its classes are {}", name, known));
   }
   const ClassId id = wanted == nullptr ? ClassId::kUnknown : wanted->id;
@@ -88,7 +84,7 @@ std::vector<FoundObject> MapQuery::in_box(const Vec3d& min_m, const Vec3d& max_m
 std::vector<NearObject> MapQuery::nearest(const Vec3d& point_m, std::size_t count) const {
   std::vector<NearObject> near;
   if (!point_m.allFinite()) return near;
-  const std::map<LabelSlot, double> squared = squared_distances(map_, point_m);
+  const std::map<LabelSlot, double> squared = squared_distances(map_.voxels, point_m);
   for (const FoundObject& object : objects_) near.push_back({object, std::sqrt(squared.at(object.slot))});
   std::sort(near.begin(), near.end(), [](const NearObject& a, const NearObject& b) {
     return std::tuple(a.distance_m, a.object.id) < std::tuple(b.distance_m, b.object.id);
@@ -98,27 +94,15 @@ std::vector<NearObject> MapQuery::nearest(const Vec3d& point_m, std::size_t coun
 }
 
 std::optional<PointAnswer> MapQuery::at(const Vec3d& point_m) const {
-  const Vec3d voxel = (point_m / double{map_.voxel_size_m()}).array().floor();
-  constexpr double kFarthest = double{kMaxBlockCoordinate} * kBlockSide;
-  if (!voxel.allFinite() || voxel.cwiseAbs().maxCoeff() > kFarthest) return std::nullopt;
-  int within[3];
-  std::int32_t block_at[3];
-  for (Eigen::Index a = 0; a < 3; ++a) {
-    const auto v = static_cast<std::int32_t>(voxel[a]);
-    block_at[a] = v >> 4;
-    within[a] = v & (kBlockSide - 1);
-  }
-  const VoxelBlock* block = map_.find({block_at[0], block_at[1], block_at[2]});
-  const auto i = static_cast<std::size_t>(voxel_offset(within[0], within[1], within[2]));
+  const std::optional<VoxelPlace> place = place_of(point_m, map_.voxels.voxel_size_m());
+  if (!place) return std::nullopt;
+  const VoxelBlock* block = map_.voxels.find(place->block);
+  const std::size_t i = place->offset;
   if (block == nullptr || !(block->weight[i] > 0)) return std::nullopt;
   const auto slot = static_cast<LabelSlot>(block->label[i]);
   const float share = label_share(block->label_weight[i], block->vote_sum[i]);
-  return PointAnswer{registry_.id_of(slot), class_of(slot), block->distance[i], block->weight[i],
+  return PointAnswer{map_.objects.id_of(slot), map_.class_of(slot), block->distance[i], block->weight[i],
                      slot == LabelSlot::kUnknown ? 0.0F : share};
-}
-
-ClassId MapQuery::class_of(LabelSlot slot) const {
-  return labels_.is_object(slot) ? registry_.class_of(slot) : static_cast<ClassId>(number(slot));
 }
 
 }  // namespace panoptic

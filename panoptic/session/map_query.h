@@ -3,7 +3,7 @@
 //
 // Questions to a map: where are the chairs, what is in this box, what is nearest to this point, what is at this point.
 //   const SavedMap saved = load_map("map.panoptic");
-//   const MapQuery query(saved.map, saved.objects, saved.header.labels);
+//   const MapQuery query(saved.map);
 //   for (const FoundObject& chair : query.of_class("chair")) ...
 // Metres, world of the recording's poses.
 #pragma once
@@ -17,8 +17,7 @@
 #include "panoptic/base/geometry.h"
 #include "panoptic/data/labels.h"
 #include "panoptic/map/label_extents.h"
-#include "panoptic/map/object_registry.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/map/panoptic_map.h"
 
 namespace panoptic {
 
@@ -52,7 +51,7 @@ struct PointAnswer {
 // const functions may be called from several threads.
 class MapQuery {
  public:
-  MapQuery(const VoxelMap& map, const ObjectRegistry& objects, const LabelSet& labels);
+  explicit MapQuery(const PanopticMap& map);
 
   // Objects with surface, ascending by id.
   const std::vector<FoundObject>& objects() const { return objects_; }
@@ -66,11 +65,7 @@ class MapQuery {
   std::optional<PointAnswer> at(const Vec3d& point_m) const;
 
  private:
-  ClassId class_of(LabelSlot slot) const;
-
-  const VoxelMap& map_;
-  const ObjectRegistry& registry_;
-  const LabelSet& labels_;
+  const PanopticMap& map_;
   std::vector<FoundObject> objects_;
 };
 

@@ -143,14 +143,14 @@ Json history_json(const Object& object, ClassId class_id, const LabelSet& labels
 }
 
 Json to_json(const Object& object, const ObjectShape& shape, const Session& session) {
-  const ClassId class_id = session.objects().class_of(object.slot);
+  const ClassId class_id = session.map().objects.class_of(object.slot);
   Json probabilities = Json::object();
-  for (const ClassProbability& p : session.objects().probabilities(object.slot)) {
-    probabilities[std::string(session.labels().name_of(p.class_id))] = p.probability;
+  for (const ClassProbability& p : session.map().objects.probabilities(object.slot)) {
+    probabilities[std::string(session.map().labels.name_of(p.class_id))] = p.probability;
   }
   return {{"id", number(object.id)},
           {"class_id", number(class_id)},
-          {"class", session.labels().name_of(class_id)},
+          {"class", session.map().labels.name_of(class_id)},
           {"probabilities", std::move(probabilities)},
           {"box", {{"min_m", to_json(shape.min_m)}, {"max_m", to_json(shape.max_m)}}},
           {"oriented_box", to_json(shape.oriented_box)},
@@ -160,9 +160,9 @@ Json to_json(const Object& object, const ObjectShape& shape, const Session& sess
           {"first_frame", object.first_frame},
           {"last_frame", object.last_frame},
           {"observations", object.observations},
-          {"votes", to_json(object.votes, session.labels())},
-          {"best_views", to_json(object.best_views, session.labels())},
-          {"history", history_json(object, class_id, session.labels())}};
+          {"votes", to_json(object.votes, session.map().labels)},
+          {"best_views", to_json(object.best_views, session.map().labels)},
+          {"history", history_json(object, class_id, session.map().labels)}};
 }
 
 // The form of the TUM RGB-D benchmark.
@@ -182,11 +182,11 @@ std::string trajectory_text(const std::vector<TimedPose>& trajectory) {
 Json objects_json(const Session& session, const Mesh& mesh) {
   Json objects = Json::array();
   for (const ObjectShape& shape : object_shapes(mesh)) {
-    const Object* object = session.objects().find(shape.id);
+    const Object* object = session.map().objects.find(shape.id);
     if (object != nullptr) objects.push_back(to_json(*object, shape, session));
   }
   Json merged_into = Json::object();
-  for (const MergedObject& m : session.objects().merged()) merged_into[std::to_string(number(m.id))] = number(m.into);
+  for (const MergedObject& m : session.map().objects.merged()) merged_into[std::to_string(number(m.id))] = number(m.into);
   return {{"objects", std::move(objects)}, {"merged_into", std::move(merged_into)}};
 }
 
@@ -206,14 +206,14 @@ Json report_json(const Session& session, const Options& options, const RunSummar
   if (run.online) report["online"] = to_json(*run.online);
   report["stages"] = to_json(session.profile());
   report["peak_rss_mb"] = peak_rss_mb();
-  report["block_count"] = session.map().block_count();
-  report["map_memory_mb"] = static_cast<double>(session.map().memory_bytes()) / 1e6;
-  report["map_hash"] = fmt::format("{:016x}", session.map().hash());
+  report["block_count"] = session.map().voxels.block_count();
+  report["map_memory_mb"] = static_cast<double>(session.map().voxels.memory_bytes()) / 1e6;
+  report["map_hash"] = fmt::format("{:016x}", session.map().voxels.hash());
   report["mesh"] = {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
   report["up"] = to_json(session.up());
-  report["objects_refused"] = session.objects().refused();
-  report["label_set"] = session.labels().name();
-  report["labels"] = to_json(session.labels());
+  report["objects_refused"] = session.map().objects.refused();
+  report["label_set"] = session.map().labels.name();
+  report["labels"] = to_json(session.map().labels);
   report["options"] = to_json(fields(copy));
   return report;
 }
@@ -225,8 +225,8 @@ void write_outputs(const std::filesystem::path& folder, Session& session, const 
   Options copy = options;
   write_file(folder / "options.toml", to_toml(fields(copy)));
   write_file(folder / "trajectory.txt", trajectory_text(session.frames().trajectory()));
-  write_glb(folder / "scene.glb", mesh, session.labels(), session.up());
-  run.pictures ? write_views(folder / "views", mesh, session.up(), session.labels()) : remove_views(folder / "views");
+  write_glb(folder / "scene.glb", mesh, session.map().labels, session.up());
+  run.pictures ? write_views(folder / "views", mesh, session.up(), session.map().labels) : remove_views(folder / "views");
   write_json_file(folder / "report.json", report_json(session, options, run, mesh));
 }
 

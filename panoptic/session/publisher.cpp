@@ -14,7 +14,7 @@ namespace {
 // Every living object; those without surface fall out when it is measured.
 std::vector<SnapshotObject> objects_of(const Session& session) {
   std::vector<SnapshotObject> objects;
-  const ObjectRegistry& registry = session.objects();
+  const ObjectRegistry& registry = session.map().objects;
   for (const Object& object : registry.state().objects) {
     if (object.id == PanopticId::kUnknown) continue;
     SnapshotObject& o = objects.emplace_back();
@@ -79,14 +79,15 @@ void SnapshotPublisher::fused(std::shared_ptr<const Frame> frame) {
 SessionCapture SnapshotPublisher::capture(Session& session, RunState run) {
   SessionCapture capture;
   const auto& surface = session.surface();
-  for (Slot slot = 0; slot < surface.size(); ++slot) capture.chunks.push_back({session.map().index_of(slot), 0, surface[slot]});
+  for (Slot slot = 0; slot < surface.size(); ++slot)
+    capture.chunks.push_back({session.map().voxels.index_of(slot), 0, surface[slot]});
   capture.objects = objects_of(session);
   capture.path_m = path_.points();
   capture.up = session.up().cast<float>();
   capture.frame = frame_of(newest_);
   capture.labelled = labelled_;
   if (capture.labelled) {
-    for (PanopticId& id : capture.labelled->segment_ids) id = session.objects().survivor(id);
+    for (PanopticId& id : capture.labelled->segment_ids) id = session.map().objects.survivor(id);
   }
   run.frames_used = session.frames().used();
   run.frames_labelled = session.labelled();
@@ -158,7 +159,8 @@ StageTime stage_time(const DurationHistogram& times) {
 }
 
 SnapshotScene scene_of(const Session& session, std::string title, std::string dataset) {
-  return {std::move(title), std::move(dataset), session.labels(), session.map().voxel_size_m(), session.map().block_size_m()};
+  return {std::move(title), std::move(dataset), session.map().labels, session.map().voxels.voxel_size_m(),
+          session.map().voxels.block_size_m()};
 }
 
 }  // namespace panoptic

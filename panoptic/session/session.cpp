@@ -22,22 +22,20 @@ constexpr const char* kNoReading = "no depth reading between depth.min_m and dep
 }  // namespace
 
 Session::Session(const Options& options, LabelSet labels)
-    : labels_(std::move(labels)),
-      map_(options.map),
-      objects_(labels_.first_thing()),
+    : map_(options.map, std::move(labels)),
       registration_(options.depth),
-      tracker_(options.tracker, labels_),
-      integrator_(options.integrator, map_, labels_.first_thing()),
+      tracker_(options.tracker, map_.labels),
+      integrator_(options.integrator, map_.voxels, map_.labels.first_thing()),
       maintain_every_(static_cast<std::uint64_t>(options.objects.every_frames)),
-      maintenance_(options.objects, labels_),
+      maintenance_(options.objects, map_.labels),
       regularizes_(options.regularizer.enabled),
       regularize_every_(static_cast<std::uint64_t>(options.regularizer.every_frames)),
-      regularizer_(options.regularizer, map_),
+      regularizer_(options.regularizer, map_.voxels),
       mesher_(options.mesher) {
   if (options.depth.min_m >= options.depth.max_m) {
     throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
   }
-  const double map_edge_m = double{map_.block_size_m()} * (kMaxBlockCoordinate - 2) - options.depth.max_m * 2.0;
+  const double map_edge_m = double{map_.voxels.block_size_m()} * (kMaxBlockCoordinate - 2) - options.depth.max_m * 2.0;
   farthest_camera_m_ = map_edge_m;
 }
 
@@ -68,7 +66,7 @@ std::optional<std::string> Session::why_refused(const Frame& frame, const Segmen
 
 std::optional<std::string> Session::why_unfit(const Frame& frame, const RegisteredFrame& registered) {
   if (registered.readings == 0) return kNoReading;
-  return integrator_.why_too_large(frame, registered, map_);
+  return integrator_.why_too_large(frame, registered, map_.voxels);
 }
 
 std::optional<std::string> Session::add(const Frame& frame, const Segmentation& segmentation) {
@@ -76,7 +74,7 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
     skip({frame.index, *reason});
     return reason;
   }
-  if (objects_.wants_retirement()) retire_objects();
+  if (map_.objects.wants_retirement()) retire_objects();
 
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
@@ -86,7 +84,7 @@ std::optional<std::string> Session::add(const Frame& frame, const Segmentation& 
   }
   stages.done("register");
   const auto& ids = track(frame, segmentation, registered, stages);
-  integrator_.integrate(frame, registered, ids, map_);  // Eq. 6-11
+  integrator_.integrate(frame, registered, ids, map_.voxels);  // Eq. 6-11
   stages.done("integrate");
   stages.all_done("fusion");
 
@@ -107,7 +105,7 @@ std::optional<std::string> Session::add_geometry(const Frame& frame) {
   }
   stages.done("register");
   no_votes_.assign(registered->segment.size(), LabelSlot::kNoVote);
-  integrator_.integrate(frame, *registered, no_votes_, map_);  // Eq. 6-8
+  integrator_.integrate(frame, *registered, no_votes_, map_.voxels);  // Eq. 6-8
   stages.done("integrate");
   stages.all_done("fusion");
   count_frame(frame);
@@ -116,13 +114,13 @@ std::optional<std::string> Session::add_geometry(const Frame& frame) {
 
 std::optional<std::string> Session::add_labels(const Frame& frame, const Segmentation& segmentation) {
   if (std::optional<std::string> reason = why_refused(frame, segmentation)) return reason;
-  if (objects_.wants_retirement()) retire_objects();
+  if (map_.objects.wants_retirement()) retire_objects();
   Stages stages(profile_);
   const RegisteredFrame& registered = registration_.apply(frame, segmentation);
   if (std::optional<std::string> reason = why_unfit(frame, registered)) return reason;
   stages.done("register labels");
   const auto& ids = track(frame, segmentation, registered, stages);
-  integrator_.integrate_labels(frame, registered, ids, map_);  // Eq. 9-11
+  integrator_.integrate_labels(frame, registered, ids, map_.voxels);  // Eq. 9-11
   stages.done("integrate labels");
   stages.all_done("label fusion");
   count_labels(segmentation);
@@ -131,10 +129,10 @@ std::optional<std::string> Session::add_labels(const Frame& frame, const Segment
 
 const std::vector<LabelSlot>& Session::track(const Frame& frame, const Segmentation& segmentation,
                                              const RegisteredFrame& registered, Stages& stages) {
-  reference_labels(map_, frame, registered, reference_);  // Eq. 2
+  reference_labels(map_.voxels, frame, registered, reference_);  // Eq. 2
   stages.done("reference");
-  const auto& ids = tracker_.assign(registered, segmentation.segments, reference_, frame.index, objects_);  // Eq. 3-5, 12
-  record_views(segmentation, {frame.index, tracker_.segment_ids(), tracker_.segment_areas_px()}, objects_);
+  const auto& ids = tracker_.assign(registered, segmentation.segments, reference_, frame.index, map_.objects);  // Eq. 3-5, 12
+  record_views(segmentation, {frame.index, tracker_.segment_ids(), tracker_.segment_areas_px()}, map_.objects);
   stages.done("track");
   return ids;
 }
@@ -151,14 +149,14 @@ void Session::count_labels(const Segmentation& segmentation) {
   note_together();
   if (label_frames_ % maintain_every_ != 0) return;
   const Stopwatch maintaining;
-  maintenance_.run(map_, objects_, regularizer_.votes(), so_far());
+  maintenance_.run(map_.voxels, map_.objects, regularizer_.votes(), so_far());
   profile_.add("maintain", maintaining.seconds());
 }
 
 void Session::note_together() {
   std::vector<PanopticId> seen;
   for (std::size_t s = 0; s < tracker_.segment_ids().size(); ++s) {
-    const Object* object = objects_.find(tracker_.segment_ids()[s]);
+    const Object* object = map_.objects.find(tracker_.segment_ids()[s]);
     if (object != nullptr && tracker_.segment_areas_px()[s] > 0) seen.push_back(object->id);
   }
   maintenance_.saw_together(seen);
@@ -166,41 +164,41 @@ void Session::note_together() {
 
 std::vector<PanopticId> Session::segment_ids() const {
   std::vector<PanopticId> ids;
-  for (const LabelSlot slot : tracker_.segment_ids()) ids.push_back(objects_.id_of(slot));
+  for (const LabelSlot slot : tracker_.segment_ids()) ids.push_back(map_.objects.id_of(slot));
   return ids;
 }
 
 // An object whose last voxel was overruled lives on as long as frames voted for it: its surroundings may come to take its side.
 // Covisibility names objects by their ids, and so does what was gathered (now_called), so neither holds a slot.
 void Session::retire_objects() {
-  std::vector<bool> in_use = ids_in_use(map_);
+  std::vector<bool> in_use = ids_in_use(map_.voxels);
   regularizer_.votes().add_in_use(in_use);
-  objects_.retire_unused(in_use, regularizer_.named_slots());
+  map_.objects.retire_unused(in_use, regularizer_.named_slots());
 }
 
 void Session::regularize() {
   if (!regularizes_) return;
   const Stopwatch stopwatch;
-  if (regularizer_.run(map_) > 0) retire_objects();
+  if (regularizer_.run(map_.voxels) > 0) retire_objects();
   profile_.add("regularize", stopwatch.seconds());
 }
 
 std::vector<std::vector<Slot>> Session::choose_submaps() {
   if (!regularizes_) return {};
   std::vector<std::vector<Slot>> submaps;
-  for (const std::vector<Slot>& blocks : regularizer_.choose(map_)) {
+  for (const std::vector<Slot>& blocks : regularizer_.choose(map_.voxels)) {
     if (blocks.size() <= kMostBlocksAtOnce) {
       submaps.push_back(blocks);
     } else {
-      for (std::vector<Slot>& part : divide_map(map_, blocks, kMostBlocksAtOnce)) submaps.push_back(std::move(part));
+      for (std::vector<Slot>& part : divide_map(map_.voxels, blocks, kMostBlocksAtOnce)) submaps.push_back(std::move(part));
     }
   }
   return submaps;
 }
 
 SubmapGraph Session::gather(const std::vector<Slot>& blocks) const {
-  SubmapGraph submap = regularizer_.gather(map_, blocks);
-  submap.next_id = objects_.next_id();
+  SubmapGraph submap = regularizer_.gather(map_.voxels, blocks);
+  submap.next_id = map_.objects.next_id();
   return submap;
 }
 
@@ -208,9 +206,9 @@ SubmapGraph Session::gather(const std::vector<Slot>& blocks) const {
 // given anew since.
 std::optional<std::uint16_t> Session::now_called(std::uint16_t label, PanopticId next_id) const {
   const auto slot = static_cast<LabelSlot>(label);
-  if (!labels_.is_object(slot)) return label;
-  const PanopticId id = objects_.named_by(slot);
-  const Object* object = objects_.find(objects_.survivor(id));
+  if (!map_.labels.is_object(slot)) return label;
+  const PanopticId id = map_.objects.named_by(slot);
+  const Object* object = map_.objects.find(map_.objects.survivor(id));
   return object == nullptr || id >= next_id ? std::nullopt : std::optional(number(object->slot));
 }
 
@@ -227,35 +225,35 @@ void Session::write_back(SubmapChanges changes) {
     if (change.label.label == before.voted.label) change.label.weight = std::min(before.voted.weight, before.vote_sum);
     return change.label.label == before.held.label;
   });
-  map_.begin_epoch();
-  regularizer_.write_back(changes, map_);
+  map_.voxels.begin_epoch();
+  regularizer_.write_back(changes, map_.voxels);
 }
 
 void Session::finish() {
   const Stopwatch maintaining;
-  maintenance_.finish(map_, objects_, regularizer_.votes(), so_far());
+  maintenance_.finish(map_.voxels, map_.objects, regularizer_.votes(), so_far());
   profile_.add("maintain", maintaining.seconds());
   regularize();
   forget_votes_without_voxels();
 }
 
 void Session::forget_votes_without_voxels() {
-  const std::vector<bool> in_use = ids_in_use(map_);
+  const std::vector<bool> in_use = ids_in_use(map_.voxels);
   regularizer_.votes().forget_unused(in_use);
-  objects_.retire_unused(in_use, regularizer_.named_slots());
+  map_.objects.retire_unused(in_use, regularizer_.named_slots());
 }
 
 const std::vector<std::shared_ptr<const MeshChunk>>& Session::surface() {
   const Stopwatch stopwatch;
-  mesher_.update(map_, objects_);
+  mesher_.update(map_);
   profile_.add("mesh", stopwatch.seconds());
   return mesher_.chunks();
 }
 
 Mesh Session::mesh() {
   const Stopwatch stopwatch;
-  mesher_.update(map_, objects_);
-  Mesh mesh = mesher_.assemble(map_, objects_, labels_);
+  mesher_.update(map_);
+  Mesh mesh = mesher_.assemble(map_);
   profile_.add("mesh", stopwatch.seconds());
   return mesh;
 }
@@ -264,9 +262,8 @@ SessionState Session::state() const {
   return {maintenance_.seen_together(), regularizer_.state(), frames_, label_frames_, labelled_, up_sum_, last_frame_};
 }
 
-void Session::restore(VoxelMap map, ObjectRegistry objects, SessionState state) {
+void Session::restore(PanopticMap map, SessionState state) {
   map_ = std::move(map);
-  objects_ = std::move(objects);
   maintenance_.restore(std::move(state.together));
   regularizer_.restore(std::move(state.regularizer));
   frames_ = std::move(state.frames);

@@ -19,8 +19,7 @@
 #include "panoptic/fusion/mesher.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/fusion/regularizer.h"
-#include "panoptic/map/object_registry.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/map/panoptic_map.h"
 #include "panoptic/session/frame_log.h"
 #include "panoptic/session/options.h"
 
@@ -80,9 +79,7 @@ class Session {
   // The surface in chunks, by slot, brought up to date; whoever copies the pointers may read them at any time later.
   const std::vector<std::shared_ptr<const MeshChunk>>& surface();
 
-  const VoxelMap& map() const { return map_; }
-  const ObjectRegistry& objects() const { return objects_; }
-  const LabelSet& labels() const { return labels_; }
+  const PanopticMap& map() const { return map_; }
   const FrameLog& frames() const { return frames_; }
   std::uint64_t labelled() const { return labelled_; }  // frames that came with a prediction
   // Per segment of the last frame that was added, or whose labels were: which it is in the map.
@@ -97,7 +94,7 @@ class Session {
   // To save a session, and to go on from there: then the same frames give the same map as without the interruption, bit for bit.
   // restore REQUIRES a session with the options and labels of the one that was saved, to which nothing was added.
   SessionState state() const;
-  void restore(VoxelMap map, ObjectRegistry objects, SessionState state);
+  void restore(PanopticMap map, SessionState state);
 
  private:
   class Stages;
@@ -113,9 +110,7 @@ class Session {
   std::optional<std::uint16_t> now_called(std::uint16_t label, PanopticId next_id) const;
   SoFar so_far() const { return {up(), last_frame_, labelled_}; }
 
-  LabelSet labels_;
-  VoxelMap map_;
-  ObjectRegistry objects_;
+  PanopticMap map_;
   Registration registration_;
   LabelTracker tracker_;
   Integrator integrator_;

@@ -77,14 +77,14 @@ OverruledVote take_vote(ByteReader& reader) {
 std::vector<std::vector<OverruledVote>> overruled_from(const Bytes& bytes, const SavedMap& saved) {
   const auto may_be = [&](const VoxelLabel& l) {
     const bool names =
-        l.label < saved.objects.first_thing() || saved.objects.named_by(LabelSlot{l.label}) != PanopticId::kUnknown;
+        l.label < saved.map.objects.first_thing() || saved.map.objects.named_by(LabelSlot{l.label}) != PanopticId::kUnknown;
     return names && std::isfinite(l.weight) && l.weight >= 0;
   };
   std::vector<std::vector<OverruledVote>> votes;
   ByteReader reader(bytes);
   while (reader.left() > 0) {
     const auto count = reader.take<std::uint16_t>();
-    if (reader.is_short() || count > kBlockVoxels || votes.size() == saved.map.block_count()) refuse(kOverruled);
+    if (reader.is_short() || count > kBlockVoxels || votes.size() == saved.map.voxels.block_count()) refuse(kOverruled);
     std::vector<OverruledVote>& of_block = votes.emplace_back();
     for (std::size_t i = 0; i < count; ++i) {
       const OverruledVote vote = take_vote(reader);
@@ -165,7 +165,7 @@ SessionState session_state(const SavedMap& saved, const std::vector<FrameRecord>
   const Bytes& together = state_bytes(saved, kTogether);
   state.together = saved.format == 1 ? together_from<std::uint16_t>(together) : together_from<std::uint32_t>(together);
   state.regularizer.votes = overruled_from(state_bytes(saved, kOverruled), saved);
-  state.regularizer.handled = epochs_from(state_bytes(saved, kRegularized), saved.map);
+  state.regularizer.handled = epochs_from(state_bytes(saved, kRegularized), saved.map.voxels);
   for (const FrameRecord& frame : frames) {
     if (frame.unused_because.empty()) {
       state.frames.count_used({frame.time_s, frame.world_from_camera.value_or(Pose::Identity())});

@@ -33,7 +33,10 @@ void label_vertices(const Renderer& renderer, ScanTruth& truth) {
 
 std::string scene_name(std::uint64_t seed) { return fmt::format("scene{:04}_00", seed); }
 
-TruthBuilder::TruthBuilder() : map_(kTruthMap), registration_(DepthOptions{}), integrator_(IntegratorOptions{}, map_) {}
+TruthBuilder::TruthBuilder()
+    : map_(kTruthMap, load_label_set("scannet20")),
+      registration_(DepthOptions{}),
+      integrator_(IntegratorOptions{}, map_.voxels) {}
 
 void TruthBuilder::add(const SimulatedFrame& simulated) {
   Frame frame;
@@ -45,15 +48,13 @@ void TruthBuilder::add(const SimulatedFrame& simulated) {
   const RegisteredFrame& registered = registration_.apply(frame, {});
   if (registered.readings == 0) return;
   no_votes_.assign(registered.pixel_count() + 1, LabelSlot::kNoVote);
-  integrator_.integrate(frame, registered, no_votes_, map_);
+  integrator_.integrate(frame, registered, no_votes_, map_.voxels);
 }
 
 ScanTruth TruthBuilder::finish(const Simulation& simulation) const {
-  const LabelSet labels = load_label_set("scannet20");
   Mesher mesher(MesherOptions{});
-  const ObjectRegistry no_objects(labels.first_thing());
-  mesher.update(map_, no_objects);
-  Mesh mesh = mesher.assemble(map_, no_objects, labels);
+  mesher.update(map_);
+  Mesh mesh = mesher.assemble(map_);
   ScanTruth truth;
   truth.scene = scene_name(simulation.options().seed);
   for (const MeshVertex& vertex : mesh.vertices) {
@@ -65,7 +66,7 @@ ScanTruth TruthBuilder::finish(const Simulation& simulation) const {
   truth.instance.assign(truth.positions.size(), 0);
   label_vertices(simulation.renderer(), truth);
   for (std::size_t i = 0; i < truth.instance.size(); ++i) {
-    if (truth.instance[i] != 0) truth.names.try_emplace(truth.instance[i], labels.name_of(truth.class_id[i]));
+    if (truth.instance[i] != 0) truth.names.try_emplace(truth.instance[i], map_.labels.name_of(truth.class_id[i]));
   }
   return truth;
 }

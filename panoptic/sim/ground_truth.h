@@ -10,7 +10,7 @@
 #include "panoptic/data/scan_truth.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/registration.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/map/panoptic_map.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {
@@ -29,7 +29,7 @@ class TruthBuilder {
   ScanTruth finish(const Simulation& simulation) const;
 
  private:
-  VoxelMap map_;
+  PanopticMap map_;  // without objects
   Registration registration_;
   Integrator integrator_;
   std::vector<LabelSlot> no_votes_;

@@ -57,7 +57,7 @@ class Map : public test::Run {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return read_json_file(out / "report.json")["map_hash"];
   }
-  std::string hash_of_map() const { return fmt::format("{:016x}", load_map(map_).map.hash()); }
+  std::string hash_of_map() const { return fmt::format("{:016x}", load_map(map_).map.voxels.hash()); }
 
   fs::path predictions_;
   fs::path map_;

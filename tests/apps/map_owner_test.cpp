@@ -54,7 +54,7 @@ TEST_F(MapOwner, IsTheRunAsLongAsItIsAlive) {
     kill(program.pid, SIGINT);
   });
   EXPECT_EQ(owner.exit_code, 130) << owner.err;
-  EXPECT_EQ(fmt::format("{:016x}", load_map(map_).map.hash()), report()["map_hash"]) << "unharmed";
+  EXPECT_EQ(fmt::format("{:016x}", load_map(map_).map.voxels.hash()), report()["map_hash"]) << "unharmed";
   EXPECT_EQ(run_program({"regularize", map_.string()}).exit_code, 0) << "free again";
 }
 

@@ -37,7 +37,7 @@ class MapPairs : public test::Run {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return map;
   }
-  static std::string hash_of(const fs::path& map) { return fmt::format("{:016x}", load_map(map).map.hash()); }
+  static std::string hash_of(const fs::path& map) { return fmt::format("{:016x}", load_map(map).map.voxels.hash()); }
 
   fs::path maps_;
   fs::path predictions_;
@@ -185,7 +185,7 @@ TEST_F(MapPairs, AnOnlineRunThatIsKilledLeavesASoundMap) {
                   });
   ASSERT_EQ(result.exit_code, 128 + SIGKILL);
   const SavedMap saved = load_map(map);
-  EXPECT_GT(saved.map.block_count(), 0U);
+  EXPECT_GT(saved.map.voxels.block_count(), 0U);
   const std::size_t frames = load_frames(map).size();
   EXPECT_GE(frames, 3U);
   EXPECT_LT(frames, 12U);

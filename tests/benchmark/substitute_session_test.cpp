@@ -49,9 +49,9 @@ TEST_F(SubstituteSessionTest, WithoutSubstitutesTheMapIsTheSessions) {
   for (std::size_t i = 0; i < frames.size(); ++i) ASSERT_EQ(session.add(frames[i].frame, masks[i]), std::nullopt);
   SubstituteSession substitute(without_regularizer(), labels, {});
   map(substitute);
-  ASSERT_GT(session.objects().count(), 3U);
-  EXPECT_EQ(session.map().hash(), substitute.map().hash());
-  EXPECT_EQ(session.objects().count(), substitute.objects().count());
+  ASSERT_GT(session.map().objects.count(), 3U);
+  EXPECT_EQ(session.map().voxels.hash(), substitute.map().voxels.hash());
+  EXPECT_EQ(session.map().objects.count(), substitute.map().objects.count());
 }
 
 TEST_F(SubstituteSessionTest, TrueTrackingMakesAtMostOneObjectPerThing) {
@@ -62,8 +62,8 @@ TEST_F(SubstituteSessionTest, TrueTrackingMakesAtMostOneObjectPerThing) {
     for (const std::uint16_t instance : frame.rendering.instance.pixels()) things.insert(instance);
   }
   things.erase(0);
-  EXPECT_GT(substitute.objects().count(), 3U);
-  EXPECT_LE(substitute.objects().count(), things.size());
+  EXPECT_GT(substitute.map().objects.count(), 3U);
+  EXPECT_LE(substitute.map().objects.count(), things.size());
 }
 
 TEST_F(SubstituteSessionTest, CountingAllVotesChangesLabelsButNotTheSurface) {
@@ -71,7 +71,7 @@ TEST_F(SubstituteSessionTest, CountingAllVotesChangesLabelsButNotTheSurface) {
   SubstituteSession all_votes(without_regularizer(), labels, {.storage = true});
   map(one_slot);
   map(all_votes);
-  EXPECT_EQ(one_slot.map().hash(), all_votes.map().hash());
+  EXPECT_EQ(one_slot.map().voxels.hash(), all_votes.map().voxels.hash());
   const Mesh slots = one_slot.mesh();
   const Mesh votes = all_votes.mesh();
   ASSERT_EQ(slots.vertices.size(), votes.vertices.size());

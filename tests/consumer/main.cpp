@@ -20,6 +20,6 @@ int main() {
     return 1;
   }
   const panoptic::Mesh mesh = session.mesh();
-  std::printf("%zu blocks, %zu vertices\n", session.map().block_count(), mesh.vertices.size());
+  std::printf("%zu blocks, %zu vertices\n", session.map().voxels.block_count(), mesh.vertices.size());
   return !mesh.vertices.empty() && mesh.vertices[0].class_id == wall ? 0 : 1;
 }

@@ -62,7 +62,7 @@ bool is_sound(const fs::path& path, const std::string& bytes) {
     if (kind == ".json") return !Json::parse(bytes, nullptr, false).is_discarded();
     if (kind == ".png") return read_rgb(path).width() > 0;
     if (path.filename() == "mesh.ply") return !read_ply(path).vertices.empty();
-    if (kind == ".panoptic") return load_map(path).map.epoch() > 0;
+    if (kind == ".panoptic") return load_map(path).map.voxels.epoch() > 0;
     if (kind != ".glb") return true;
     std::uint32_t length = 0;
     std::memcpy(&length, bytes.data() + kLengthAt, sizeof(length));
@@ -143,7 +143,8 @@ std::string damage(const FaultWorld& world, const Operation& operation, const Fi
 std::string map_summary(const fs::path& path) {
   if (!is_there(path)) return "no map";
   const SavedMap saved = load_map(path);
-  return fmt::format("{:016x}, {} objects, {} frames", saved.map.hash(), saved.objects.count(), load_frames(path).size());
+  return fmt::format("{:016x}, {} objects, {} frames", saved.map.voxels.hash(), saved.map.objects.count(),
+                     load_frames(path).size());
 }
 
 std::string complaints(const FaultWorld& world, const Operation& operation, const Fault& fault, const FaultyRun& run,

@@ -223,11 +223,13 @@ struct SurfaceError {
   std::map<std::array<int, 3>, PanopticId> label_at;  // by voxel
 };
 
-SurfaceError surface_error(const VoxelMap& map) {
+SurfaceError surface_error(VoxelMap voxels) {
+  LabelSet labels = test::test_labels();
+  ObjectRegistry objects(labels.first_thing());
+  const PanopticMap map(std::move(labels), std::move(voxels), std::move(objects));
   Mesher mesher({});
-  const ObjectRegistry objects(100);
-  mesher.update(map, objects);
-  const Mesh mesh = mesher.assemble(map, objects, {});
+  mesher.update(map);
+  const Mesh mesh = mesher.assemble(map);
   SurfaceError result;
   for (const MeshVertex& v : mesh.vertices) {
     result.mean_m += distance_to_surface(v.position.cast<double>()) / static_cast<double>(mesh.vertices.size());
@@ -260,7 +262,7 @@ TEST(Integrator, BothMethodsFindTheSurfaceAndAgreeOnLabels) {
       const RegisteredFrame& registered = registration.apply(frame, {});
       integrator.integrate(frame, registered, labels_by_surface(frame), map);
     }
-    errors[method] = surface_error(map);
+    errors[method] = surface_error(std::move(map));
     EXPECT_LT(errors[method].mean_m, kVoxel_m / 3) << "method " << method;
   }
   int compared = 0;

@@ -42,9 +42,11 @@ bool closed_and_two_manifold(const Mesh& mesh) {
 }
 
 // A ball seen from the sides, edges and corners of a cube around it.
-VoxelMap fused_ball(double radius) {
-  VoxelMap map({});
-  Integrator integrator({}, map);
+PanopticMap empty_map() { return {MapOptions{}, test::test_labels()}; }
+
+PanopticMap fused_ball(double radius) {
+  PanopticMap map = empty_map();
+  Integrator integrator({}, map.voxels);
   Registration registration({});
   for (int x = -1; x <= 1; ++x) {
     for (int y = -1; y <= 1; ++y) {
@@ -54,18 +56,17 @@ VoxelMap fused_ball(double radius) {
         const Frame frame = test::render(test::sphere({0.011, 0.017, 0.005}, radius), test::small_camera(320, 240),
                                          test::look_at(eye, {0.011, 0.017, 0.005}));
         const RegisteredFrame& registered = registration.apply(frame, {});
-        integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot{1}), map);
+        integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot{1}), map.voxels);
       }
     }
   }
   return map;
 }
 
-Mesh mesh_of(const VoxelMap& map) {
-  const ObjectRegistry objects(4);
+Mesh mesh_of(const PanopticMap& map) {
   Mesher mesher({});
-  mesher.update(map, objects);
-  return mesher.assemble(map, objects, test::test_labels());
+  mesher.update(map);
+  return mesher.assemble(map);
 }
 
 TEST(MarchingCubesTable, EveryPatternIsBoundedOnlyOnTheFacesOfItsCell) {
@@ -101,9 +102,9 @@ TEST(MarchingCubesTable, EveryPatternIsBoundedOnlyOnTheFacesOfItsCell) {
 }
 
 TEST(Mesher, AFusedBallIsClosedAndTwoManifoldAcrossBlocks) {
-  const VoxelMap map = fused_ball(0.5);
+  const PanopticMap map = fused_ball(0.5);
   const Mesh mesh = mesh_of(map);
-  ASSERT_GT(map.block_count(), 8U);
+  ASSERT_GT(map.voxels.block_count(), 8U);
   EXPECT_TRUE(closed_and_two_manifold(mesh));
   const auto edges = static_cast<long>(edge_use(mesh).count.size());
   EXPECT_EQ(static_cast<long>(mesh.vertices.size()) - edges + static_cast<long>(mesh.triangles.size()), 2)
@@ -130,12 +131,12 @@ TEST(Mesher, AFusedBallHasTheRightSizeAndFacesOutwards) {
 
 // Random signs give every pattern beside every other one: the hardest test for cracks and for cuts in faces.
 TEST(Mesher, RandomFieldsHaveNoCracksAndNoEdgeWithFourTriangles) {
-  VoxelMap map({});
+  PanopticMap map = empty_map();
   std::mt19937 random(3);
   for (int x = -1; x < 2; ++x) {
     for (int y = -1; y < 1; ++y) {
       for (int z = 0; z < 2; ++z) {
-        VoxelBlock& block = map.block(map.allocate({x, y, z}));
+        VoxelBlock& block = map.voxels.block(map.voxels.allocate({x, y, z}));
         block.weight.fill(1);
         for (float& d : block.distance) d = static_cast<float>(random() % 2001) / 1000.0F - 1.0003F;
       }
@@ -160,19 +161,19 @@ TEST(Mesher, RandomFieldsHaveNoCracksAndNoEdgeWithFourTriangles) {
 }
 
 TEST(Mesher, AnUpdateOfWhatChangedEqualsAFreshMesh) {
-  VoxelMap map({});
-  Integrator integrator({}, map);
+  PanopticMap map = empty_map();
+  Integrator integrator({}, map.voxels);
   Registration registration({});
   Mesher incremental({});
   for (int i = 0; i < 6; ++i) {
     const Frame frame = test::render(test::sphere({0, 0, 0}, 0.5), test::small_camera(),
                                      test::look_at({1.5 * std::cos(i * 0.3), 0.2 * i, 1.5 * std::sin(i * 0.3)}, {0, 0, 0}), i);
     const RegisteredFrame& registered = registration.apply(frame, {});
-    integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot{1}), map);
-    incremental.update(map, ObjectRegistry(4));
+    integrator.integrate(frame, registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot{1}), map.voxels);
+    incremental.update(map);
   }
-  EXPECT_EQ(incremental.update(map, ObjectRegistry(4)), 0U) << "nothing changed, nothing to do";
-  const Mesh a = incremental.assemble(map, ObjectRegistry(4), test::test_labels());
+  EXPECT_EQ(incremental.update(map), 0U) << "nothing changed, nothing to do";
+  const Mesh a = incremental.assemble(map);
   const Mesh b = mesh_of(map);
   ASSERT_EQ(a.vertices.size(), b.vertices.size());
   ASSERT_EQ(a.triangles, b.triangles);
@@ -184,8 +185,8 @@ TEST(Mesher, AnUpdateOfWhatChangedEqualsAFreshMesh) {
 }
 
 TEST(Mesher, CellsWithAnUnobservedCornerAreLeftOut) {
-  VoxelMap map({});
-  VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
+  PanopticMap map = empty_map();
+  VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
   block.weight.fill(1);
   for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
   EXPECT_EQ(mesh_of(map).triangles.size(), 15U * 15U * 2U);
@@ -194,21 +195,21 @@ TEST(Mesher, CellsWithAnUnobservedCornerAreLeftOut) {
 }
 
 // A block with a level surface, all of which is the object in slot 4.
-void add_labelled_plane(VoxelMap& map) {
-  VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
+void add_labelled_plane(VoxelMap& voxels) {
+  VoxelBlock& block = voxels.block(voxels.allocate({0, 0, 0}));
   block.weight.fill(1);
   block.label.fill(4);
   for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
 }
 
 TEST(Mesher, ObjectsGetTheClassOfTheirEvidence) {
-  VoxelMap map({});
-  add_labelled_plane(map);
-  ObjectRegistry objects(4);
+  PanopticMap map = empty_map();
+  add_labelled_plane(map.voxels);
+  ObjectRegistry& objects = map.objects;
   objects.observe(*objects.create(), {ClassId{3}, 1.0F, {}}, 0);
   Mesher mesher({});
-  mesher.update(map, objects);
-  const Mesh mesh = mesher.assemble(map, objects, test::test_labels());
+  mesher.update(map);
+  const Mesh mesh = mesher.assemble(map);
   ASSERT_FALSE(mesh.vertices.empty());
   EXPECT_EQ(mesh.vertices[0].class_id, ClassId{3});
   EXPECT_EQ(mesh.vertices[0].panoptic_id, PanopticId{4});
@@ -216,18 +217,18 @@ TEST(Mesher, ObjectsGetTheClassOfTheirEvidence) {
 
 // Who holds an older chunk sees the object that was there, whoever has its slot now.
 TEST(Mesher, AChunkKeepsItsIdWhenTheSlotIsGivenAnew) {
-  VoxelMap map({});
-  add_labelled_plane(map);
-  ObjectRegistry objects(4);
+  PanopticMap map = empty_map();
+  add_labelled_plane(map.voxels);
+  ObjectRegistry& objects = map.objects;
   while (objects.create()) continue;
   Mesher mesher({});
-  mesher.update(map, objects);
+  mesher.update(map);
   const std::shared_ptr<const MeshChunk> before = mesher.chunks()[0];
 
   const auto relabel = [&](std::uint16_t label) {
-    map.begin_epoch();
-    map.block(0).label.fill(label);
-    map.mark_changed(0);
+    map.voxels.begin_epoch();
+    map.voxels.block(0).label.fill(label);
+    map.voxels.mark_changed(0);
   };
   relabel(1);
   std::vector<bool> in_use(kLabelSlots, true);
@@ -235,10 +236,10 @@ TEST(Mesher, AChunkKeepsItsIdWhenTheSlotIsGivenAnew) {
   objects.retire_unused(in_use);
   ASSERT_EQ(objects.create(), LabelSlot{4});
   relabel(4);
-  mesher.update(map, objects);
+  mesher.update(map);
   EXPECT_EQ(before->vertices[0].panoptic_id, PanopticId{4});
   EXPECT_EQ(mesher.chunks()[0]->vertices[0].panoptic_id, PanopticId{65535});
-  EXPECT_EQ(mesher.assemble(map, objects, test::test_labels()).vertices[0].panoptic_id, PanopticId{65535});
+  EXPECT_EQ(mesher.assemble(map).vertices[0].panoptic_id, PanopticId{65535});
 }
 
 }  // namespace

@@ -257,11 +257,10 @@ class MapLimits : public testing::Test {
  protected:
   MapLimits() {
     const LabelSet labels("one", {{ClassId{1}, "wall", false, {}}, {ClassId{2}, "chair", true, {}}});
-    VoxelMap map{MapOptions{}};
-    VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
+    PanopticMap map({}, labels);
+    VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
     block.weight[0] = block.label_weight[0] = block.vote_sum[0] = 1;
-    ObjectRegistry objects(labels.first_thing());
-    MapUpdate update = whole_map(map, objects);
+    MapUpdate update = whole_map(map);
     update.notes.states["bytes"] = Bytes(100, 7);
     save_map(path_, {MapOptions{}, labels}, update);
   }
@@ -273,7 +272,7 @@ class MapLimits : public testing::Test {
 };
 
 TEST_F(MapLimits, ASoundFileIsRead) {
-  expect_at_most(kMost, [&] { EXPECT_EQ(load_map(path_).map.block_count(), 1U); });
+  expect_at_most(kMost, [&] { EXPECT_EQ(load_map(path_).map.voxels.block_count(), 1U); });
 }
 
 TEST_F(MapLimits, AStateThatClaimsToBeLargeTakesNothing) {

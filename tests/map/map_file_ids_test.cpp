@@ -32,14 +32,14 @@ ObjectRegistry some_objects() {
 // With one block, in which voxels hold the slots 4 and 6.
 std::filesystem::path saved(const ObjectRegistry& objects) {
   const MapHeader header{{}, {"test", {{ClassId{1}, "wall", false, {}}, {ClassId{3}, "chair", true, {}}}}};
-  VoxelMap map(header.options);
-  VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
+  PanopticMap map(header.labels, VoxelMap(header.options), objects);
+  VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     block.weight[v] = 1;
     block.label[v] = v % 2 == 0 ? 4 : 6;
   }
   const auto path = test::fresh_folder() / "map.panoptic";
-  save_map(path, header, whole_map(map, objects));
+  save_map(path, header, whole_map(map));
   return path;
 }
 
@@ -54,7 +54,7 @@ TEST(MapFile, KeepsIdsApartFromSlots) {
   const ObjectRegistry objects(kFirst, state);
   ASSERT_FALSE(state.left.empty());
   const auto path = saved(objects);
-  const ObjectRegistry loaded = load_map(path).objects;
+  const ObjectRegistry loaded = load_map(path).map.objects;
   EXPECT_EQ(loaded.state(), objects.state());
   EXPECT_EQ(loaded.find(PanopticId{70'000})->slot, LabelSlot{6});
   EXPECT_EQ(loaded.survivor(PanopticId{65'000}), PanopticId{7});

@@ -79,15 +79,14 @@ MapOptions coarse() {
 
 struct World {
   MapHeader header{coarse(), labels()};
-  VoxelMap map{header.options};
-  ObjectRegistry objects = some_objects();
+  PanopticMap map{labels(), VoxelMap(coarse()), some_objects()};
 
   explicit World(int blocks = 40, unsigned seed = 1) {
     std::mt19937 random(seed);
     for (int i = 0; i < blocks; ++i) {
-      map.begin_epoch();
-      const Slot slot = map.allocate({i % 5 - 2, -i / 5, i * 7919 % 101});
-      if (i % 9 != 0) fill(map.block(slot), random);
+      map.voxels.begin_epoch();
+      const Slot slot = map.voxels.allocate({i % 5 - 2, -i / 5, i * 7919 % 101});
+      if (i % 9 != 0) fill(map.voxels.block(slot), random);
     }
   }
 };
@@ -106,26 +105,26 @@ void expect_same(const VoxelMap& a, const VoxelMap& b) {
 
 std::filesystem::path saved(const World& world, const std::string& name = "a") {
   const auto path = fresh_folder(name) / "map.panoptic";
-  save_map(path, world.header, whole_map(world.map, world.objects));
+  save_map(path, world.header, whole_map(world.map));
   return path;
 }
 
 TEST(MapFile, LoadsWhatWasSavedBitForBit) {
   const World world;
   const auto path = fresh_folder() / "map.panoptic";
-  MapUpdate update = whole_map(world.map, world.objects);
+  MapUpdate update = whole_map(world.map);
   update.notes = {{{"recording", "kitchen"}, {"odd", "'; DROP TABLE blocks; --\n\xC3\xA9"}},
                   {{"bytes", {0, 1, 255}}, {"none", {}}}};
   save_map(path, world.header, update);
   const SavedMap loaded = load_map(path);
-  expect_same(loaded.map, world.map);
-  EXPECT_EQ(loaded.objects.state(), world.objects.state());
-  EXPECT_EQ(loaded.objects.count(), world.objects.count());
+  expect_same(loaded.map.voxels, world.map.voxels);
+  EXPECT_EQ(loaded.map.objects.state(), world.map.objects.state());
+  EXPECT_EQ(loaded.map.objects.count(), world.map.objects.count());
   EXPECT_EQ(loaded.notes.texts, update.notes.texts);
   EXPECT_EQ(loaded.notes.states, update.notes.states);
-  EXPECT_EQ(loaded.header.labels.name(), "test");
-  ASSERT_EQ(loaded.header.labels.classes().size(), 3U);
-  const LabelClass& table = loaded.header.labels.classes()[1];
+  EXPECT_EQ(loaded.map.labels.name(), "test");
+  ASSERT_EQ(loaded.map.labels.classes().size(), 3U);
+  const LabelClass& table = loaded.map.labels.classes()[1];
   EXPECT_EQ(std::tuple(table.id, table.name, table.is_thing, table.max_size_m, table.is_support),
             std::tuple(ClassId{2}, "table", true, 2.5, true));
   EXPECT_EQ(table.color.g, 50);
@@ -141,29 +140,30 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
   World world(60);
   const auto path = fresh_folder() / "map.panoptic";
   MapFileWriter writer = MapFileWriter::create(path, world.header, {.epoch = 1});
-  EXPECT_EQ(load_map(path).map.block_count(), 0U) << "a map from the first moment";
+  EXPECT_EQ(load_map(path).map.voxels.block_count(), 0U) << "a map from the first moment";
   std::uint64_t seen = 0;
   std::mt19937 random(9);
   for (int round = 0; round < 5; ++round) {
-    MapUpdate update{.epoch = world.map.epoch(), .objects = world.objects};
-    for (const Slot slot : world.map.changed_since(seen)) {
-      update.blocks.push_back({slot, world.map.index_of(slot), world.map.changed_at(slot), &world.map.block(slot)});
+    MapUpdate update{.epoch = world.map.voxels.epoch(), .objects = world.map.objects};
+    for (const Slot slot : world.map.voxels.changed_since(seen)) {
+      update.blocks.push_back(
+          {slot, world.map.voxels.index_of(slot), world.map.voxels.changed_at(slot), &world.map.voxels.block(slot)});
     }
     update.frames = {{.position = round, .frame = 10 * round, .labelled = round % 2 == 0}};
     update.notes.states["round"] = {static_cast<std::uint8_t>(round)};
     writer.write(update, round % 2 == 0);
-    seen = world.map.epoch();
-    expect_same(load_map(path).map, world.map);  // while it is open for writing
-    EXPECT_EQ(load_map(path).objects.state(), world.objects.state());
+    seen = world.map.voxels.epoch();
+    expect_same(load_map(path).map.voxels, world.map.voxels);  // while it is open for writing
+    EXPECT_EQ(load_map(path).map.objects.state(), world.map.objects.state());
     EXPECT_EQ(load_map(path).notes.states["round"], Bytes{static_cast<std::uint8_t>(round)});
-    world.map.begin_epoch();
-    for (Slot slot = 0; slot < world.map.block_count(); slot += 7) {
-      fill(world.map.block(slot), random);
-      world.map.mark_changed(slot);
+    world.map.voxels.begin_epoch();
+    for (Slot slot = 0; slot < world.map.voxels.block_count(); slot += 7) {
+      fill(world.map.voxels.block(slot), random);
+      world.map.voxels.mark_changed(slot);
     }
-    world.map.allocate({100, round, 0});
-    world.objects.observe(LabelSlot{6}, {ClassId{2}, 0.5F, {}}, 200 + round);
-    if (round == 2) world.objects.merge(LabelSlot{9}, LabelSlot{6}, 200);
+    world.map.voxels.allocate({100, round, 0});
+    world.map.objects.observe(LabelSlot{6}, {ClassId{2}, 0.5F, {}}, 200 + round);
+    if (round == 2) world.map.objects.merge(LabelSlot{9}, LabelSlot{6}, 200);
   }
   writer.close();
   EXPECT_EQ(load_frames(path).size(), 5U);
@@ -172,19 +172,19 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
 TEST(MapFile, GoesOnWhereItWasLoaded) {
   World world;
   const auto path = saved(world);
-  world.map.begin_epoch();
+  world.map.voxels.begin_epoch();
   std::mt19937 random(7);
-  fill(world.map.block(3), random);
-  world.map.mark_changed(3);
+  fill(world.map.voxels.block(3), random);
+  world.map.voxels.mark_changed(3);
   MapFileWriter writer = MapFileWriter::open(path, MapLock(path), load_map(path));
-  MapUpdate update{.epoch = world.map.epoch(), .objects = world.objects};
-  update.blocks = {{3, world.map.index_of(3), world.map.changed_at(3), &world.map.block(3)}};
+  MapUpdate update{.epoch = world.map.voxels.epoch(), .objects = world.map.objects};
+  update.blocks = {{3, world.map.voxels.index_of(3), world.map.voxels.changed_at(3), &world.map.voxels.block(3)}};
   writer.write(update, false);
   writer.close();
-  expect_same(load_map(path).map, world.map);
+  expect_same(load_map(path).map.voxels, world.map.voxels);
   // Boxes are those of the whole map, not of what was written last.
   Database database(path, DatabaseAccess::kRead);
-  const LabelExtents extents = label_extents(world.map);
+  const LabelExtents extents = label_extents(world.map.voxels);
   EXPECT_EQ(database.integer("SELECT voxels FROM objects WHERE id = 4"),
             static_cast<std::int64_t>(extents.at(LabelSlot{4}).voxels));
 }
@@ -192,7 +192,7 @@ TEST(MapFile, GoesOnWhereItWasLoaded) {
 TEST(MapFile, FramesSayWhereTheCameraWasAndWhyTheyWereNotUsed) {
   const World world(1);
   const auto path = fresh_folder() / "map.panoptic";
-  MapUpdate update = whole_map(world.map, world.objects);
+  MapUpdate update = whole_map(world.map);
   Pose pose = Pose::Identity();
   pose.rotate(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()));
   pose.translation() = Vec3d(1, 2, 3);
@@ -212,7 +212,7 @@ TEST(MapFile, AnswersQuestionsInSql) {
   const auto path = saved(world);
   Database database(path, DatabaseAccess::kRead);
   EXPECT_EQ(database.integer("SELECT objects FROM class_summary WHERE class = 'chair'"), 2);
-  const LabelExtents extents = label_extents(world.map);
+  const LabelExtents extents = label_extents(world.map.voxels);
   const ExtentBox box = box_of(extents.at(LabelSlot{4}), 0.03F);
   Statement row(database, "SELECT class, x_m, size_y_m, probability, observations FROM object_summary WHERE id = 4");
   ASSERT_TRUE(row.step());
@@ -226,9 +226,9 @@ TEST(MapFile, AnswersQuestionsInSql) {
 TEST(MapFile, LoadsTheSameAtAnyThreadCount) {
   const auto path = saved(World());
   set_thread_count(1);
-  const std::uint64_t one = load_map(path).map.hash();
+  const std::uint64_t one = load_map(path).map.voxels.hash();
   set_thread_count(3);
-  EXPECT_EQ(load_map(path).map.hash(), one);
+  EXPECT_EQ(load_map(path).map.voxels.hash(), one);
   set_thread_count(0);
 }
 
@@ -246,9 +246,8 @@ TEST(MapFile, IsAsBeforeAChangeThatWasCutShort) {
   ::waitpid(child, &status, 0);
   ASSERT_EQ(status, 0);
   ASSERT_TRUE(std::filesystem::exists(path.string() + "-journal"));
-  EXPECT_THAT(error_of([&] { save_map(path, world.header, whole_map(world.map, world.objects)); }),
-              HasSubstr("is being written"));
-  expect_same(load_map(path).map, world.map);
+  EXPECT_THAT(error_of([&] { save_map(path, world.header, whole_map(world.map)); }), HasSubstr("is being written"));
+  expect_same(load_map(path).map.voxels, world.map.voxels);
   EXPECT_FALSE(std::filesystem::exists(path.string() + "-journal"));
 }
 
@@ -333,7 +332,7 @@ TEST(MapFile, RefusesBlocksWithAGoodChecksumAndBadContents) {
   block->label[5] = 1;
   block->distance[5] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(complaint(12, {50, 0, 0}, BlockEncoder().encode(*block)), HasSubstr("not numbers"));
-  EXPECT_THAT(complaint(12, world.map.index_of(3), BlockEncoder().encode({})), HasSubstr("where there is one already"));
+  EXPECT_THAT(complaint(12, world.map.voxels.index_of(3), BlockEncoder().encode({})), HasSubstr("where there is one already"));
   EXPECT_THAT(complaint(12, {50, 0, 0}, {1, 2, 3}), HasSubstr("cannot be decompressed"));
   EXPECT_THAT(complaint(12, {50, 0, 0}, Compressor().compress(Bytes(10'000'000, 0))), HasSubstr("cannot be decompressed"));
 }
@@ -360,7 +359,7 @@ TEST(MapFile, RefusesMoreBlocksThanTheFileCanHold) {
 void expect_survives(const std::filesystem::path& path) {
   try {
     const SavedMap map = load_map(path);
-    map.map.hash();
+    map.map.voxels.hash();
     load_frames(path);
   } catch (const Error& e) {
     EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);

@@ -129,7 +129,7 @@ TEST(MapLock, IsNotFooledByAFileThatIsReplacedMeanwhile) {
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
   EXPECT_EQ(held, kTimes);
-  EXPECT_EQ(load_map(path).map.block_count(), 0U);
+  EXPECT_EQ(load_map(path).map.voxels.block_count(), 0U);
 }
 
 // SQLite forgets its locks on a file when the process closes any descriptor of it.
@@ -156,7 +156,7 @@ TEST(MapFile, IsNeverWrittenOverByCreate) {
   const auto path = fresh_folder() / "map.panoptic";
   save_map(path, header(), {.epoch = 7});
   EXPECT_THAT(error_of([&] { MapFileWriter::create(path, header(), {.epoch = 1}); }), HasSubstr("is there already"));
-  EXPECT_EQ(load_map(path).map.epoch(), 7U);
+  EXPECT_EQ(load_map(path).map.voxels.epoch(), 7U);
 }
 
 TEST(MapFile, OfSeveralWhoCreateItAtOnceOneDoes) {
@@ -192,7 +192,7 @@ TEST(MapFile, OfSeveralWhoCreateItAtOnceOneDoes) {
       winners += won;
     }
     EXPECT_EQ(winners, 1);
-    EXPECT_EQ(load_map(path).map.block_count(), 0U) << "while it is held";
+    EXPECT_EQ(load_map(path).map.voxels.block_count(), 0U) << "while it is held";
     ASSERT_EQ(::write(release[1], "x", 1), 1);
     for (const pid_t child : children) ::waitpid(child, nullptr, 0);
     for (const int fd : {start[0], start[1], done[0], done[1], release[0], release[1]}) ::close(fd);

@@ -49,25 +49,23 @@ constexpr double kTo = 0.6;
 // Things on a floor at z = 0, observed in [low, high); the n-th is object kFirst + n, seen in frames 10 n to 10 n + 9.
 MapWithFrames world(const std::vector<Thing>& things, const Vec3d& low = Vec3d::Constant(kFrom),
                     const Vec3d& high = Vec3d::Constant(kTo)) {
-  MapHeader header;
-  header.labels = labels();
-  MapWithFrames made{{header, VoxelMap(header.options), ObjectRegistry(kFirst), {}}, {}};
+  MapWithFrames made{{MapOptions{}, PanopticMap(MapOptions{}, labels()), {}}, {}};
   std::vector<Solid> solids{solid_ground(Vec3d::UnitZ(), 0, pid(1))};
   for (const Thing& thing : things) {
-    const LabelSlot id = *made.saved.objects.create();
+    const LabelSlot id = *made.saved.map.objects.create();
     solids.push_back(solid_box(thing.low, thing.high, id));
     for (int k = 0; k < 10; ++k) {
       const std::int64_t frame = 10 * (number(id) - kFirst) + k;
-      made.saved.objects.observe(id, {thing.class_id, 0.5F, {}}, frame);
-      made.saved.objects.show(id, {frame, thing.class_id, 0.5F, 100, {0, 0, 10, 10}});
+      made.saved.map.objects.observe(id, {thing.class_id, 0.5F, {}}, frame);
+      made.saved.map.objects.show(id, {frame, thing.class_id, 0.5F, 100, {0, 0, 10, 10}});
       made.frames.push_back({.position = static_cast<std::int64_t>(made.frames.size()), .frame = frame});
     }
   }
-  add_solids(made.saved.map, solids, low, high);
-  for (Slot slot = 0; slot < made.saved.map.block_count(); ++slot) {
-    VoxelBlock& block = made.saved.map.block(slot);
+  add_solids(made.saved.map.voxels, solids, low, high);
+  for (Slot slot = 0; slot < made.saved.map.voxels.block_count(); ++slot) {
+    VoxelBlock& block = made.saved.map.voxels.block(slot);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      if (block.distance[v] < made.saved.map.truncation_m()) continue;  // integration leaves air alone
+      if (block.distance[v] < made.saved.map.voxels.truncation_m()) continue;  // integration leaves air alone
       block.distance[v] = block.weight[v] = block.label_weight[v] = block.vote_sum[v] = 0;
       block.label[v] = 0;
     }
@@ -192,9 +190,9 @@ TEST(MapMerge, TheMergedMapHasTheLowerLimitOfBoth) {
   const auto limit_of = [](float a, float b) {
     MapWithFrames first = world({kLeft});
     MapWithFrames second = world({kRight});
-    first.saved.header.options.max_weight = a;
-    second.saved.header.options.max_weight = b;
-    return merged(std::move(first), second).merged.saved.header.options.max_weight;
+    first.saved.options.max_weight = a;
+    second.saved.options.max_weight = b;
+    return merged(std::move(first), second).merged.saved.options.max_weight;
   };
   EXPECT_EQ(limit_of(100, 30), 30);
   EXPECT_EQ(limit_of(30, 100), 30);
@@ -208,18 +206,18 @@ TEST(MapMerge, WithItselfKeepsTheSurfaceAndTheObjectsAndAddsTheirEvidence) {
   const MapWithFrames alone = make();
   const MapMerge merge = merged(make(), alone);
   const SavedMap& both = merge.merged.saved;
-  ASSERT_EQ(both.map.block_count(), alone.saved.map.block_count());
-  for (Slot slot = 0; slot < both.map.block_count(); ++slot) {
-    ASSERT_EQ(both.map.block(slot).distance, alone.saved.map.block(slot).distance);
-    ASSERT_EQ(both.map.block(slot).label, alone.saved.map.block(slot).label);
+  ASSERT_EQ(both.map.voxels.block_count(), alone.saved.map.voxels.block_count());
+  for (Slot slot = 0; slot < both.map.voxels.block_count(); ++slot) {
+    ASSERT_EQ(both.map.voxels.block(slot).distance, alone.saved.map.voxels.block(slot).distance);
+    ASSERT_EQ(both.map.voxels.block(slot).label, alone.saved.map.voxels.block(slot).label);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      ASSERT_EQ(both.map.block(slot).weight[v], 2 * alone.saved.map.block(slot).weight[v]);
+      ASSERT_EQ(both.map.voxels.block(slot).weight[v], 2 * alone.saved.map.voxels.block(slot).weight[v]);
     }
   }
-  EXPECT_EQ(both.objects.count(), 3U);
-  EXPECT_EQ(both.objects.find(pid(4))->observations, 20U);
-  EXPECT_EQ(both.objects.find(pid(4))->score_sum, 10);
-  EXPECT_EQ(both.objects.class_of(pid(6)), kTable);
+  EXPECT_EQ(both.map.objects.count(), 3U);
+  EXPECT_EQ(both.map.objects.find(pid(4))->observations, 20U);
+  EXPECT_EQ(both.map.objects.find(pid(4))->score_sum, 10);
+  EXPECT_EQ(both.map.objects.class_of(pid(6)), kTable);
 }
 
 TEST(MapMerge, FindsObjectsAgainThatHaveOtherIdsAndGivesNewOnesToTheOthers) {
@@ -230,10 +228,10 @@ TEST(MapMerge, FindsObjectsAgainThatHaveOtherIdsAndGivesNewOnesToTheOthers) {
   EXPECT_EQ(merge.matches[0].b, PanopticId{4});
   EXPECT_GT(merge.matches[0].iou, 0.85);
   const SavedMap& both = merge.merged.saved;
-  EXPECT_EQ(both.objects.count(), 3U);
-  EXPECT_EQ(both.objects.class_of(pid(6)), kChair) << "the one on the right";
-  const LabelExtents before = label_extents(b.saved.map);
-  const LabelExtents after = label_extents(both.map);
+  EXPECT_EQ(both.map.objects.count(), 3U);
+  EXPECT_EQ(both.map.objects.class_of(pid(6)), kChair) << "the one on the right";
+  const LabelExtents before = label_extents(b.saved.map.voxels);
+  const LabelExtents after = label_extents(both.map.voxels);
   EXPECT_GT(after.at(pid(6)).voxels, before.at(pid(5)).voxels * 6 / 10) << "but where A has the floor";
 }
 
@@ -241,8 +239,8 @@ TEST(MapMerge, AnObjectOfWhichEachMapSawAHalfIsOne) {
   const Thing kLong{{-0.5, -0.1, 0}, {0.5, 0.1, 0.2}, kTable};
   const MapWithFrames right = world({kLong}, Vec3d(-0.1, kFrom, kFrom));
   const MapMerge merge = merged(world({kLong}, Vec3d::Constant(kFrom), Vec3d(0.1, kTo, kTo)), right);
-  EXPECT_EQ(merge.merged.saved.objects.count(), 1U);
-  const auto box = box_of(label_extents(merge.merged.saved.map).at(pid(4)), merge.merged.saved.map.voxel_size_m());
+  EXPECT_EQ(merge.merged.saved.map.objects.count(), 1U);
+  const auto box = box_of(label_extents(merge.merged.saved.map.voxels).at(pid(4)), merge.merged.saved.map.voxels.voxel_size_m());
   EXPECT_NEAR(box.max_m.x() - box.min_m.x(), 1.0, 0.1);
   EXPECT_NEAR(box.center_m.x(), 0, 0.02);
 }
@@ -255,9 +253,9 @@ TEST(MapMerge, ASmallPieceIsAPartOfTheWholeInTheOtherMap) {
     const auto in_one = [&] { return world({whole}); };
     const auto in_two = [&] { return world({most, piece}); };
     const MapMerge merge = whole_first ? merged(in_one(), in_two()) : merged(in_two(), in_one());
-    ASSERT_EQ(merge.merged.saved.objects.count(), 1U) << whole_first;
-    EXPECT_EQ(merge.merged.saved.objects.find(pid(4))->observations, 30U);
-    EXPECT_FALSE(label_extents(merge.merged.saved.map).contains(pid(5)));
+    ASSERT_EQ(merge.merged.saved.map.objects.count(), 1U) << whole_first;
+    EXPECT_EQ(merge.merged.saved.map.objects.find(pid(4))->observations, 30U);
+    EXPECT_FALSE(label_extents(merge.merged.saved.map.voxels).contains(pid(5)));
   }
 }
 
@@ -265,7 +263,7 @@ TEST(MapMerge, TwoThingsThatTheOtherMapTookForOneStayTwo) {
   const Thing both{{-0.3, -0.3, 0}, {0.3, 0.3, 0.2}, kChair};
   const Thing one{{-0.3, -0.3, 0}, {0.3, 0, 0.2}, kChair};
   const Thing other{{-0.3, 0, 0}, {0.3, 0.3, 0.2}, kChair};
-  EXPECT_EQ(merged(world({one, other}), world({both})).merged.saved.objects.count(), 2U);
+  EXPECT_EQ(merged(world({one, other}), world({both})).merged.saved.map.objects.count(), 2U);
 }
 
 TEST(MapMerge, AnotherClassNeedsTwiceTheOverlap) {
@@ -291,12 +289,12 @@ TEST(MapMerge, FramesOfTheSecondMapFollowThoseOfTheFirst) {
   EXPECT_GE(merge.frame_shift, 20);
   for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(merge.merged.frames[i].position, static_cast<std::int64_t>(i));
   EXPECT_EQ(merge.merged.frames[20].frame, merge.frame_shift);
-  const Object& right = *merge.merged.saved.objects.find(pid(6));
+  const Object& right = *merge.merged.saved.map.objects.find(pid(6));
   EXPECT_EQ(right.first_frame, 10 + merge.frame_shift);
   EXPECT_EQ(right.best_views.views()[0].frame, 10 + merge.frame_shift);
   const VoteHistory& votes = right.votes;
   EXPECT_LE(votes.first_frame(votes.bins().front()), 10 + merge.frame_shift);
-  const Object& middle = *merge.merged.saved.objects.find(pid(5));
+  const Object& middle = *merge.merged.saved.map.objects.find(pid(5));
   EXPECT_EQ(middle.first_frame, 10);
   EXPECT_EQ(middle.last_frame, 9 + merge.frame_shift);
   std::uint64_t all = 0;
@@ -309,15 +307,15 @@ TEST(MapMerge, IsTheSameAtAnyThreadCountAndCanBeSavedAndLoaded) {
   for (const int threads : {1, 3}) {
     set_thread_count(threads);
     const MapMerge merge = merged(world({kLeft, kMiddle}), world({kMiddle, kRight}));
-    hashes[threads == 1 ? 0 : 1] = merge.merged.saved.map.hash();
+    hashes[threads == 1 ? 0 : 1] = merge.merged.saved.map.voxels.hash();
     const auto path = test::fresh_folder() / "c.panoptic";
     const SavedMap& saved = merge.merged.saved;
-    MapUpdate update = whole_map(saved.map, saved.objects);
+    MapUpdate update = whole_map(saved.map);
     update.frames = merge.merged.frames;
-    save_map(path, saved.header, update);
+    save_map(path, saved.header(), update);
     const SavedMap loaded = load_map(path);
-    EXPECT_EQ(loaded.map.hash(), saved.map.hash());
-    EXPECT_EQ(loaded.objects.state(), saved.objects.state());
+    EXPECT_EQ(loaded.map.voxels.hash(), saved.map.voxels.hash());
+    EXPECT_EQ(loaded.map.objects.state(), saved.map.objects.state());
   }
   set_thread_count(0);
   EXPECT_EQ(hashes[0], hashes[1]);
@@ -330,12 +328,10 @@ TEST(MapMerge, RefusesMapsThatDoNotFit) {
     change(b);
     return error_of([&] { (void)merged(std::move(a), b); });
   };
-  EXPECT_THAT(refusal([](MapWithFrames& b) { b.saved.header.options.voxel_size_m = 0.05F; }),
-              HasSubstr("voxels of 0.024 m, B of"));
-  EXPECT_THAT(refusal([](MapWithFrames& b) { b.saved.header.options.truncation_voxels = 3; }),
-              HasSubstr("truncation of 4 voxels"));
+  EXPECT_THAT(refusal([](MapWithFrames& b) { b.saved.options.voxel_size_m = 0.05F; }), HasSubstr("voxels of 0.024 m, B of"));
+  EXPECT_THAT(refusal([](MapWithFrames& b) { b.saved.options.truncation_voxels = 3; }), HasSubstr("truncation of 4 voxels"));
   EXPECT_THAT(refusal([](MapWithFrames& b) {
-                b.saved.header.labels = LabelSet("other", {{kFloor, "floor", false, {}}});
+                b.saved.map.labels = LabelSet("other", {{kFloor, "floor", false, {}}});
               }),
               HasSubstr("label set 'test', B has 'other'"));
   EXPECT_THAT(refusal([](MapWithFrames& b) { b.frames.push_back({.frame = std::int64_t{1} << 60}); }),
@@ -345,14 +341,14 @@ TEST(MapMerge, RefusesMapsThatDoNotFit) {
 // Those of the first map stay; those of the second one get new ones, which count up, whatever they were.
 TEST(MapMerge, IdsOfTheFirstMapStayAndThoseOfTheSecondCountUp) {
   const auto renumbered = [](MapWithFrames map, std::uint32_t first_id) {
-    RegistryState state = map.saved.objects.state();
+    RegistryState state = map.saved.map.objects.state();
     for (Object& object : state.objects) object.id = static_cast<PanopticId>(number(object.slot) + first_id);
     state.next_id = PanopticId{first_id + 1000};
-    map.saved.objects = ObjectRegistry(kFirst, std::move(state));
+    map.saved.map.objects = ObjectRegistry(kFirst, std::move(state));
     return map;
   };
   const MapMerge merge = merged(renumbered(world({kLeft, kMiddle}), 100'000), renumbered(world({kMiddle, kRight}), 700));
-  const ObjectRegistry& objects = merge.merged.saved.objects;
+  const ObjectRegistry& objects = merge.merged.saved.map.objects;
   ASSERT_EQ(objects.count(), 3U);
   EXPECT_NE(objects.find(PanopticId{100'000 + kFirst}), nullptr);
   EXPECT_NE(objects.find(PanopticId{100'001 + kFirst}), nullptr);
@@ -366,14 +362,14 @@ TEST(MapMerge, IdsOfTheFirstMapStayAndThoseOfTheSecondCountUp) {
 TEST(MapMerge, RunsOutOfIdsInOneLine) {
   const auto crowd = [] {
     MapWithFrames map = world({kMiddle});
-    RegistryState state = map.saved.objects.state();
+    RegistryState state = map.saved.map.objects.state();
     while (state.objects.size() < 40000) {
       Object& object = state.objects.emplace_back();
       object.slot = static_cast<LabelSlot>(kFirst + state.objects.size() - 1);
       object.id = PanopticId{number(object.slot)};
     }
     state.next_id = PanopticId{40000 + kFirst};
-    map.saved.objects = ObjectRegistry(kFirst, std::move(state));
+    map.saved.map.objects = ObjectRegistry(kFirst, std::move(state));
     return map;
   };
   EXPECT_THAT(error_of([&] { (void)merged(crowd(), crowd()); }), HasSubstr("more objects together than there are ids"));

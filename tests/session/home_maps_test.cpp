@@ -95,13 +95,11 @@ double median_distance_m(const Mesh& from, const Mesh& to) {
 
 Mesh mesh_of(const SavedMap& saved) {
   Mesher mesher(MesherOptions{});
-  mesher.update(saved.map, saved.objects);
-  return mesher.assemble(saved.map, saved.objects, saved.header.labels);
+  mesher.update(saved.map);
+  return mesher.assemble(saved.map);
 }
 
-std::size_t objects_with_surface(const SavedMap& saved) {
-  return MapQuery(saved.map, saved.objects, saved.header.labels).objects().size();
-}
+std::size_t objects_with_surface(const SavedMap& saved) { return MapQuery(saved.map).objects().size(); }
 
 TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
   const FilmedHome home(simulation().home().scene);
@@ -126,7 +124,7 @@ TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
   EXPECT_TRUE(is_complete(merged));
   EXPECT_EQ(load_frames(merged_path).size(), 100U);
   EXPECT_THAT(test::error_of([&] { merge_map_files(a, b, merged_path); }), HasSubstr("is there already"));
-  Session session({}, merged.header.labels);
+  Session session({}, merged.map.labels);
   const RunIdentity run{merged.notes.texts.at("recording"), "", "", options_of(merged)};
   EXPECT_THAT(test::error_of([&] { Checkpoints({.path = merged_path, .resume = true}, run, session); }),
               HasSubstr("was merged from two maps"));
@@ -151,7 +149,7 @@ TEST(HomeMaps, WhatWasTakenAwayAndWhatWasMovedIsFound) {
   const MapWithFrames a = load_map_with_frames(FilmedHome(before).map("a"));
   const MapWithFrames b = load_map_with_frames(FilmedHome(after).map("b"));
   const MapDiff diff = diff_maps(a, b, "A", "B");
-  const LabelSet& labels = a.saved.header.labels;
+  const LabelSet& labels = a.saved.map.labels;
   ASSERT_EQ(diff.changes.size(), 2U);
   const ObjectChange& gone = diff.changes[0];
   EXPECT_EQ(gone.kind, ChangeKind::kVanished);

@@ -120,10 +120,10 @@ TEST(MapDiff, AnotherSizeIsAnotherThing) {
 TEST(MapDiff, WhatOnlyLostItsLabelIsNotGone) {
   const MapWithFrames a = map_of({kStays, kSmall});
   MapWithFrames b = map_of({kStays, kSmall});
-  const MapQuery query(b.saved.map, b.saved.objects, b.saved.header.labels);
+  const MapQuery query(b.saved.map);
   const LabelSlot small = query.nearest(kSmall.center, 1).at(0).object.slot;
-  for (Slot slot = 0; slot < b.saved.map.block_count(); ++slot) {
-    for (std::uint16_t& label : b.saved.map.block(slot).label) label = label == number(small) ? std::uint16_t{2} : label;
+  for (Slot slot = 0; slot < b.saved.map.voxels.block_count(); ++slot) {
+    for (std::uint16_t& label : b.saved.map.voxels.block(slot).label) label = label == number(small) ? std::uint16_t{2} : label;
   }
   const MapDiff d = diff(a, b);
   ASSERT_THAT(kinds(d), testing::ElementsAre("other_label"));
@@ -133,13 +133,13 @@ TEST(MapDiff, WhatOnlyLostItsLabelIsNotGone) {
 TEST(MapDiff, RefusesMapsThatDoNotFit) {
   const MapWithFrames a = map_of({kStays}, 0, 2);
   MapWithFrames b = map_of({kStays}, 0, 2);
-  b.saved.header.options.voxel_size_m = 0.03F;
+  b.saved.options.voxel_size_m = 0.03F;
   EXPECT_THAT(test::error_of([&] { (void)diff(a, b); }), HasSubstr("A has voxels of 0.04 m"));
 }
 
 TEST(FreeSpace, IsWhatACameraLookedThrough) {
   const MapWithFrames map = map_of({kStays}, 0, 1);
-  const FreeSpace space(map.saved.map, map.frames, 8);
+  const FreeSpace space(map.saved.map.voxels, map.frames, 8);
   const Pose camera = *map.frames.at(0).world_from_camera;
   const auto ahead = [&](double distance_m) -> Vec3d { return camera * Vec3d(0, 0, distance_m); };
   EXPECT_EQ(space.at(ahead(0.5)), Occupancy::kFree);
@@ -150,8 +150,8 @@ TEST(FreeSpace, IsWhatACameraLookedThrough) {
   EXPECT_EQ(space.at(ahead(hit_m + 0.3)), Occupancy::kUnseen);
   EXPECT_EQ(space.at(ahead(-1)), Occupancy::kUnseen) << "behind the camera";
   EXPECT_EQ(space.at(camera * Vec3d(1, 0, 0.5)), Occupancy::kUnseen) << "outside its view";
-  EXPECT_EQ(FreeSpace(map.saved.map, map.frames, 1).at(ahead(0.9)), Occupancy::kUnseen) << "no surface within reach";
-  EXPECT_EQ(FreeSpace(map.saved.map, {}, 8).at(ahead(0.5)), Occupancy::kUnseen);
+  EXPECT_EQ(FreeSpace(map.saved.map.voxels, map.frames, 1).at(ahead(0.9)), Occupancy::kUnseen) << "no surface within reach";
+  EXPECT_EQ(FreeSpace(map.saved.map.voxels, {}, 8).at(ahead(0.5)), Occupancy::kUnseen);
   EXPECT_EQ(space.at(Vec3d::Constant(std::nan(""))), Occupancy::kUnseen);
 }
 

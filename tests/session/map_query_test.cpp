@@ -25,9 +25,9 @@ SavedMap map_of_format_1() { return load_map(test::source_folder() / "tests/gold
 TEST(MapFormat, OneStillLoads) {
   const std::filesystem::path path = test::source_folder() / "tests/golden/format_1.panoptic";
   const SavedMap saved = map_of_format_1();
-  EXPECT_EQ(fmt::format("{:016x}", saved.map.hash()), "3804add6b87c88aa");
-  EXPECT_EQ(saved.map.block_count(), 18U);
-  EXPECT_EQ(saved.header.labels.name(), "scannet20");
+  EXPECT_EQ(fmt::format("{:016x}", saved.map.voxels.hash()), "3804add6b87c88aa");
+  EXPECT_EQ(saved.map.voxels.block_count(), 18U);
+  EXPECT_EQ(saved.map.labels.name(), "scannet20");
   EXPECT_TRUE(is_complete(saved));
   EXPECT_EQ(options_of(saved).map.voxel_size_m, 0.3F);
   const std::vector<FrameRecord> frames = load_frames(path);
@@ -43,10 +43,10 @@ TEST(MapFormat, OneHasNoSumOfVotesSoThatTheWeightIsTakenAndSaysSo) {
   EXPECT_EQ(saved.format, 1);
   EXPECT_THAT(note_of_format(saved, "home.panoptic"), testing::AllOf(HasSubstr("home.panoptic has format 1"),
                                                                      HasSubstr("the sum of votes"), HasSubstr("map.max_weight")));
-  EXPECT_EQ(saved.header.options.max_weight, 0) << "there was no limit";
+  EXPECT_EQ(saved.options.max_weight, 0) << "there was no limit";
   std::size_t voted = 0;
-  for (Slot slot = 0; slot < saved.map.block_count(); ++slot) {
-    const VoxelBlock& block = saved.map.block(slot);
+  for (Slot slot = 0; slot < saved.map.voxels.block_count(); ++slot) {
+    const VoxelBlock& block = saved.map.voxels.block(slot);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       const bool any = block.label[v] != 0 || block.label_weight[v] > 0;
       ASSERT_EQ(block.vote_sum[v], any ? std::max(block.weight[v], block.label_weight[v]) : 0.0F);
@@ -62,11 +62,11 @@ TEST(MapFormat, TwoStillLoads) {
   const SavedMap saved = load_map(path);
   EXPECT_EQ(saved.format, 2);
   EXPECT_EQ(note_of_format(saved, path), "") << "nothing is missing";
-  EXPECT_EQ(fmt::format("{:016x}", saved.map.hash()), "3cd43395a3f80480");
-  EXPECT_EQ(saved.objects.count(), 23U);
-  EXPECT_EQ(saved.objects.merged().size(), 8U);
-  for (const MergedObject& merged : saved.objects.merged()) EXPECT_NE(saved.objects.survivor(merged.id), merged.id);
-  EXPECT_EQ(saved.header.options.max_weight, 10000);
+  EXPECT_EQ(fmt::format("{:016x}", saved.map.voxels.hash()), "3cd43395a3f80480");
+  EXPECT_EQ(saved.map.objects.count(), 23U);
+  EXPECT_EQ(saved.map.objects.merged().size(), 8U);
+  for (const MergedObject& merged : saved.map.objects.merged()) EXPECT_NE(saved.map.objects.survivor(merged.id), merged.id);
+  EXPECT_EQ(saved.options.max_weight, 10000);
   const SessionState state = session_state(saved, load_frames(path));
   EXPECT_EQ(state.frames.used(), 40U);
   EXPECT_EQ(state.together.size(), 4836U / 12);
@@ -78,7 +78,7 @@ TEST(MapFormat, TwoStillLoads) {
 class Query : public testing::Test {
  protected:
   SavedMap saved_ = map_of_format_1();
-  MapQuery query_{saved_.map, saved_.objects, saved_.header.labels};
+  MapQuery query_{saved_.map};
 };
 
 TEST_F(Query, FindsObjectsByClass) {
@@ -107,15 +107,15 @@ TEST_F(Query, FindsObjectsByBox) {
 // Every surface voxel of every object, one after the other.
 double naive_distance(const SavedMap& saved, LabelSlot slot_of_object, const Vec3d& point_m) {
   double nearest = std::numeric_limits<double>::infinity();
-  const double size = saved.map.voxel_size_m();
-  for (Slot slot = 0; slot < saved.map.block_count(); ++slot) {
-    const VoxelBlock& block = saved.map.block(slot);
-    const BlockIndex b = saved.map.index_of(slot);
+  const double size = saved.map.voxels.voxel_size_m();
+  for (Slot slot = 0; slot < saved.map.voxels.block_count(); ++slot) {
+    const VoxelBlock& block = saved.map.voxels.block(slot);
+    const BlockIndex b = saved.map.voxels.index_of(slot);
     for (int z = 0; z < 16; ++z) {
       for (int y = 0; y < 16; ++y) {
         for (int x = 0; x < 16; ++x) {
           const auto v = static_cast<std::size_t>(voxel_offset(x, y, z));
-          if (block.weight[v] <= 0 || std::abs(block.distance[v]) > 1.5F * saved.map.voxel_size_m()) continue;
+          if (block.weight[v] <= 0 || std::abs(block.distance[v]) > 1.5F * saved.map.voxels.voxel_size_m()) continue;
           if (block.label[v] != number(slot_of_object)) continue;
           const Vec3d place((16 * b.x + x + 0.5) * size, (16 * b.y + y + 0.5) * size, (16 * b.z + z + 0.5) * size);
           nearest = std::min(nearest, (place - point_m).norm());
@@ -142,19 +142,19 @@ TEST_F(Query, FindsTheNearestObjects) {
 }
 
 TEST_F(Query, SaysWhatIsAtEveryVoxel) {
-  const double size = saved_.map.voxel_size_m();
+  const double size = saved_.map.voxels.voxel_size_m();
   std::size_t observed = 0;
-  for (Slot slot = 0; slot < saved_.map.block_count(); ++slot) {
-    const BlockIndex b = saved_.map.index_of(slot);
+  for (Slot slot = 0; slot < saved_.map.voxels.block_count(); ++slot) {
+    const BlockIndex b = saved_.map.voxels.index_of(slot);
     for (int v = 0; v < kBlockVoxels; ++v) {
       const auto i = static_cast<std::size_t>(v);
       const Vec3d voxel(16 * b.x + v % 16, 16 * b.y + v / 16 % 16, 16 * b.z + v / 256);
       const auto answer = query_.at((voxel + Vec3d(0.1, 0.5, 0.9)) * size);
-      ASSERT_EQ(answer.has_value(), saved_.map.block(slot).weight[i] > 0);
+      ASSERT_EQ(answer.has_value(), saved_.map.voxels.block(slot).weight[i] > 0);
       if (!answer) continue;
       ++observed;
-      ASSERT_EQ(answer->distance_m, saved_.map.block(slot).distance[i]);
-      ASSERT_EQ(number(answer->id), saved_.map.block(slot).label[i]);
+      ASSERT_EQ(answer->distance_m, saved_.map.voxels.block(slot).distance[i]);
+      ASSERT_EQ(number(answer->id), saved_.map.voxels.block(slot).label[i]);
       ASSERT_TRUE(answer->label_share >= 0 && answer->label_share <= 1);
     }
   }

@@ -47,8 +47,8 @@ TEST(OnlineMap, HoldsWhatTheRunMappedAndWhatBecameOfEveryFrame) {
   const OnlineReport report = run.pipeline->finish();
   run.checkpoints.finish(run.session, true);
   const SavedMap saved = load_map(run.path);
-  EXPECT_EQ(saved.map.hash(), run.session.map().hash());
-  EXPECT_EQ(saved.objects.state(), run.session.objects().state());
+  EXPECT_EQ(saved.map.voxels.hash(), run.session.map().voxels.hash());
+  EXPECT_EQ(saved.map.objects.state(), run.session.map().objects.state());
   EXPECT_TRUE(is_complete(saved));
   const std::vector<FrameRecord> frames = load_frames(run.path);
   ASSERT_EQ(frames.size(), report.read);

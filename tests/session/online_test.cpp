@@ -53,7 +53,7 @@ TEST(OnlinePipeline, AtFullSpeedTheGeometryIsThatOfAnOfflineRunBitForBit) {
     if (i != 3) offline.add(orbit.frames()[i], segmented(orbit.frames()[i]));
   }
   offline.finish();
-  EXPECT_TRUE(same_geometry(run.session.map(), offline.map()));
+  EXPECT_TRUE(same_geometry(run.session.map().voxels, offline.map().voxels));
   EXPECT_EQ(run.session.frames().skipped_by_reason(),
             (std::map<std::string, std::uint64_t>{{"pose is not finite", 1}, {"unreadable", 1}}));
 }
@@ -75,7 +75,7 @@ TEST(OnlinePipeline, WhenEveryFrameIsLabelledBeforeTheNextComesTheMapIsTheOfflin
   }
   pipeline.finish();
   offline.finish();
-  EXPECT_EQ(session.map().hash(), offline.map().hash());
+  EXPECT_EQ(session.map().voxels.hash(), offline.map().voxels.hash());
 }
 
 TEST(OnlinePipeline, TheLastSnapshotShowsTheFinishedMap) {
@@ -233,9 +233,9 @@ TEST(OnlinePipeline, RegularizesBesideTheMappingAndCleansUpTheLabels) {
   run.pipeline.finish();
   EXPECT_GE(run.session.profile().stages().at("regularize beside").count(), 2U);
   // What no voxel and no object is can be no label.
-  const std::vector<bool> used = ids_in_use(run.session.map());
-  for (std::size_t id = run.session.labels().first_thing(); id < used.size(); ++id) {
-    EXPECT_EQ(used[id], run.session.objects().find(static_cast<LabelSlot>(id)) != nullptr) << id;
+  const std::vector<bool> used = ids_in_use(run.session.map().voxels);
+  for (std::size_t id = run.session.map().labels.first_thing(); id < used.size(); ++id) {
+    EXPECT_EQ(used[id], run.session.map().objects.find(static_cast<LabelSlot>(id)) != nullptr) << id;
   }
 }
 

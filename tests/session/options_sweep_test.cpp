@@ -59,7 +59,7 @@ bool is_finite(const VoxelMap& map) {
 }
 
 void expect_sound(Session& session) {
-  EXPECT_TRUE(is_finite(session.map()));
+  EXPECT_TRUE(is_finite(session.map().voxels));
   const Mesh mesh = session.mesh();
   EXPECT_TRUE(std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
                           [](const MeshVertex& vertex) { return vertex.position.allFinite() && vertex.normal.allFinite(); }));

@@ -67,7 +67,7 @@ TEST(SnapshotPublisher, ChunksHoldTheSurfaceOfTheMeshAndStayTheSameUntilTheyChan
   std::size_t unchanged = 0;
   for (std::size_t i = 0; i < first->chunks.size(); ++i) {
     const SnapshotChunk& chunk = first->chunks[i];
-    EXPECT_EQ(chunk.index, run.session.map().index_of(static_cast<Slot>(i)));
+    EXPECT_EQ(chunk.index, run.session.map().voxels.index_of(static_cast<Slot>(i)));
     EXPECT_EQ(chunk.version, 1U);
     EXPECT_EQ(again->chunks[i].version, 1U);
     EXPECT_EQ(again->chunks[i].surface, chunk.surface) << "shared, not copied";
@@ -163,11 +163,11 @@ TEST(SnapshotPublisher, ConfidenceIsTheShareOfTheNearerVoxelsWeightThatSpeaksFor
   std::size_t wrong = 0;
   for (const auto& chunk : session.surface()) {
     for (const ChunkVertex& v : chunk->vertices) {
-      const Vec3f voxel = v.position / session.map().voxel_size_m();
+      const Vec3f voxel = v.position / session.map().voxels.voxel_size_m();
       const auto x = static_cast<int>(std::floor(voxel.x()));
       const auto y = static_cast<int>(std::floor(voxel.y()));
       const auto z = static_cast<int>(std::floor(voxel.z()));
-      const VoxelBlock* block = session.map().find({x >> 4, y >> 4, z >> 4});
+      const VoxelBlock* block = session.map().voxels.find({x >> 4, y >> 4, z >> 4});
       ASSERT_NE(block, nullptr);
       const auto i = static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15));
       const float share = label_share(block->label_weight[i], block->vote_sum[i]);

@@ -96,7 +96,7 @@ const Whole& uninterrupted() {
     Session session(identity().options, test::test_labels());
     for (int i = 0; i < kFrames; ++i) map_frame(i, session, nullptr);
     session.finish();
-    return Whole{session.map().hash(), objects_text(session)};
+    return Whole{session.map().voxels.hash(), objects_text(session)};
   }();
   return kWhole;
 }
@@ -125,11 +125,11 @@ TEST(Resume, GivesTheSameMapAndObjectsWhereverItWasInterrupted) {
     for (int i = cuts.back(); i < kFrames; ++i) map_frame(i, session, &checkpoints);
     session.finish();
     checkpoints.finish(session, true);
-    EXPECT_EQ(session.map().hash(), uninterrupted().hash) << cuts.front();
+    EXPECT_EQ(session.map().voxels.hash(), uninterrupted().hash) << cuts.front();
     EXPECT_EQ(objects_text(session), uninterrupted().objects) << cuts.front();
     EXPECT_EQ(session.frames().skipped(), 3U);
     EXPECT_EQ(session.frames().used(), 21U);
-    EXPECT_EQ(load_map(path).map.hash(), uninterrupted().hash);
+    EXPECT_EQ(load_map(path).map.voxels.hash(), uninterrupted().hash);
   }
 }
 
@@ -143,12 +143,12 @@ TEST(Resume, DoesNotGoOnFromAnOlderFormatNorFromAMapThatWasOneBefore) {
   EXPECT_THAT(complaint(), HasSubstr("was made in format 1, which tells less than a run needs to go on"));
   const SavedMap saved = load_map(path);
   EXPECT_THAT(error_of([&] { MapFileWriter::open(path, MapLock(path), saved); }), HasSubstr("has format 1"));
-  MapUpdate update = whole_map(saved.map, saved.objects);
+  MapUpdate update = whole_map(saved.map);
   update.notes = saved.notes;
   update.notes.texts[kFromFormatNote] = "1";
-  save_map(path, saved.header, update);
+  save_map(path, saved.header(), update);
   EXPECT_EQ(load_map(path).format, kMapFormat);
-  EXPECT_EQ(load_map(path).map.hash(), saved.map.hash());
+  EXPECT_EQ(load_map(path).map.voxels.hash(), saved.map.voxels.hash());
   EXPECT_THAT(complaint(), HasSubstr("was made in format 1"));
 }
 
@@ -168,7 +168,7 @@ TEST(Resume, GoesOnFromTheLastCheckpointOfAProcessThatIsGone) {
   EXPECT_LE(checkpoints.positions(), 13U);
   for (int i = static_cast<int>(checkpoints.positions()); i < kFrames; ++i) map_frame(i, session, &checkpoints);
   session.finish();
-  EXPECT_EQ(session.map().hash(), uninterrupted().hash);
+  EXPECT_EQ(session.map().voxels.hash(), uninterrupted().hash);
 }
 
 // Where a map lies in memory is nobody's business but the machine's: a run may be resumed with less.
@@ -182,12 +182,12 @@ TEST(Resume, MayTakeLessMemoryThanTheRunBefore) {
   Checkpoints checkpoints(settings(path), frugal, session);
   for (int i = 13; i < kFrames; ++i) map_frame(i, session, &checkpoints);
   session.finish();
-  ASSERT_NE(session.map().pager(), nullptr);
-  EXPECT_GT(session.map().pager()->blocks_given_back(), session.map().block_count());
-  EXPECT_EQ(session.map().hash(), uninterrupted().hash);
+  ASSERT_NE(session.map().voxels.pager(), nullptr);
+  EXPECT_GT(session.map().voxels.pager()->blocks_given_back(), session.map().voxels.block_count());
+  EXPECT_EQ(session.map().voxels.hash(), uninterrupted().hash);
   EXPECT_EQ(objects_text(session), uninterrupted().objects);
   checkpoints.finish(session, true);
-  EXPECT_EQ(load_map(path, frugal.options.map).map.hash(), uninterrupted().hash);
+  EXPECT_EQ(load_map(path, frugal.options.map).map.voxels.hash(), uninterrupted().hash);
 }
 
 // 72 frames, of which 2 are labelled: to have been seen once is enough, as it is in a recording of 2 frames.
@@ -211,7 +211,7 @@ TEST(Resume, ObservationsAreAskedForByLabelledFramesAlsoOfTheRunBefore) {
   for (int i = 40; i < 72; ++i) add(i, session);
   session.finish();
   EXPECT_EQ(session.labelled(), 2U);
-  const std::vector<Object> all = session.objects().state().objects;
+  const std::vector<Object> all = session.map().objects.state().objects;
   EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](const Object& o) { return o.observations == 1; }));
 }
 
@@ -221,7 +221,7 @@ TEST(Resume, OfACompleteMapHasNothingToDo) {
   Session session(identity().options, test::test_labels());
   const Checkpoints checkpoints(settings(path), identity(), session);
   EXPECT_TRUE(checkpoints.was_complete());
-  EXPECT_EQ(session.map().hash(), uninterrupted().hash);
+  EXPECT_EQ(session.map().voxels.hash(), uninterrupted().hash);
   EXPECT_EQ(objects_text(session), uninterrupted().objects);
 }
 

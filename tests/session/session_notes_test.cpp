@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 SavedMap with_counters(const std::string& text) {
   const LabelSet labels("one", {{ClassId{1}, "wall", false, {}}});
-  SavedMap saved{{MapOptions{}, labels}, VoxelMap(MapOptions{}), ObjectRegistry(labels.first_thing()), notes_of({})};
+  SavedMap saved{{}, PanopticMap({}, labels), notes_of({})};
   saved.notes.texts["session"] = text;
   return saved;
 }

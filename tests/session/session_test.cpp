@@ -35,8 +35,8 @@ TEST(Session, ABallOnAFloorIsOneChairOnAFloorFromAllSides) {
     const Frame frame = orbit_frame(i);
     ASSERT_EQ(session.add(frame, segmented(frame)), std::nullopt);
   }
-  ASSERT_EQ(session.objects().count(), 1U) << "one object, re-identified in every frame";
-  EXPECT_EQ(session.objects().find(LabelSlot{4})->observations, 30U);
+  ASSERT_EQ(session.map().objects.count(), 1U) << "one object, re-identified in every frame";
+  EXPECT_EQ(session.map().objects.find(LabelSlot{4})->observations, 30U);
   const Mesh mesh = session.mesh();
   int right = 0;
   for (const MeshVertex& v : mesh.vertices) {
@@ -53,7 +53,7 @@ TEST(Session, TheSameFramesGiveTheSameMapAtAnyThreadCount) {
     set_thread_count(static_cast<int>(k) * 2 + 1);
     Session session({}, test::test_labels());
     for (int i = 0; i < 40; i += 4) session.add(orbit_frame(i), halves(small_camera()));
-    hashes[k] = session.map().hash();
+    hashes[k] = session.map().voxels.hash();
   }
   set_thread_count(0);
   EXPECT_EQ(hashes[0], hashes[1]);
@@ -76,7 +76,7 @@ TEST(Session, AFrameWhoseIntrinsicsAreNotInPixelsIsRefusedBeforeAnythingIsAlloca
       EXPECT_EQ(session.add_labels(frame, halves(camera)), reason);
       EXPECT_EQ(session.frames().skipped(), 2U);
       EXPECT_EQ(session.frames().skipped_by_reason().at(reason), 2U);
-      EXPECT_EQ(session.map().block_count(), 0U);
+      EXPECT_EQ(session.map().voxels.block_count(), 0U);
     }
   }
 }
@@ -85,8 +85,8 @@ TEST(Session, WithoutAPredictionThereIsNoObjectAndNoLabel) {
   Session session({}, test::test_labels());
   for (int i = 0; i < 60; ++i) ASSERT_EQ(session.add(orbit_frame(i), {}), std::nullopt);
   session.finish();
-  EXPECT_EQ(session.objects().count(), 0U);
-  const std::vector<bool> labels = ids_in_use(session.map());
+  EXPECT_EQ(session.map().objects.count(), 0U);
+  const std::vector<bool> labels = ids_in_use(session.map().voxels);
   EXPECT_EQ(std::count(labels.begin() + 1, labels.end(), true), 0);
 }
 
@@ -94,7 +94,7 @@ TEST(Session, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
   Session session({}, test::test_labels());
   const Frame good = orbit_frame(0);
   ASSERT_EQ(session.add(good, halves(small_camera())), std::nullopt);
-  const std::uint64_t before = session.map().hash();
+  const std::uint64_t before = session.map().voxels.hash();
 
   Frame nan_pose = good;
   nan_pose.world_from_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
@@ -121,7 +121,7 @@ TEST(Session, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
   nan_score.segments[0].score = std::numeric_limits<float>::quiet_NaN();
   EXPECT_TRUE(session.add(good, nan_score).has_value());
 
-  EXPECT_EQ(session.map().hash(), before);
+  EXPECT_EQ(session.map().voxels.hash(), before);
   EXPECT_EQ(session.frames().used(), 1U);
   EXPECT_EQ(session.frames().skipped(), 9U);
   EXPECT_EQ(session.frames().skipped_by_reason().at("pose is not finite"), 2U);
@@ -130,7 +130,7 @@ TEST(Session, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
 TEST(Session, AFrameWithoutAPredictionAddsGeometryOnly) {
   Session session({}, test::test_labels());
   ASSERT_EQ(session.add(orbit_frame(0), {}), std::nullopt);
-  EXPECT_EQ(session.objects().count(), 0U);
+  EXPECT_EQ(session.map().objects.count(), 0U);
   for (const MeshVertex& v : session.mesh().vertices) ASSERT_EQ(v.panoptic_id, PanopticId::kUnknown);
 }
 
@@ -159,9 +159,9 @@ TEST(Session, RegularizesEverySoManyFramesAndWhenAsked) {
   options.regularizer.enabled = false;
   Session without(options, test::test_labels());
   for (int i = 0; i < 10; ++i) without.add(orbit_frame(i), noisy(orbit_frame(i)));
-  const std::uint64_t hash = without.map().hash();
+  const std::uint64_t hash = without.map().voxels.hash();
   without.regularize();
-  EXPECT_EQ(without.map().hash(), hash);
+  EXPECT_EQ(without.map().voxels.hash(), hash);
   EXPECT_EQ(without.profile().stages().count("regularize"), 0U);
 }
 
@@ -176,7 +176,7 @@ TEST(Session, TheWholeMapIsGoldenAtAnyThreadCount) {
     Session session(options, test::test_labels());
     for (int i = 0; i < 40; i += 4) session.add(orbit_frame(i), noisy(orbit_frame(i)));
     session.finish();
-    EXPECT_EQ(session.map().hash(), kGolden) << threads << " threads";
+    EXPECT_EQ(session.map().voxels.hash(), kGolden) << threads << " threads";
   }
   set_thread_count(0);
 }
@@ -198,10 +198,10 @@ TEST(Session, ObjectsThatTheRegularizerTakesTheLastVoxelOfAreForgotten) {
   }
   session.regularize();
   session.forget_votes_without_voxels();  // until then it could come back
-  const std::vector<bool> used = ids_in_use(session.map());
+  const std::vector<bool> used = ids_in_use(session.map().voxels);
   std::size_t alive = 0;
-  for (std::size_t id = session.labels().first_thing(); id < used.size(); ++id) {
-    const bool known = session.objects().find(static_cast<LabelSlot>(id)) != nullptr;
+  for (std::size_t id = session.map().labels.first_thing(); id < used.size(); ++id) {
+    const bool known = session.map().objects.find(static_cast<LabelSlot>(id)) != nullptr;
     EXPECT_EQ(known, used[id]) << id;
     alive += known ? 1 : 0;
   }
@@ -232,7 +232,7 @@ TEST(Session, WhatWasSolvedBeforeAMergeIsWrittenAboutWhatTheObjectsAreNow) {
   const LabelSlot chair = *objects.create();
   const LabelSlot same_chair = *objects.create();
   Session session({}, test::test_labels());
-  session.restore(floor_of(chair), objects, {});
+  session.restore({test::test_labels(), floor_of(chair), objects}, {});
   const auto submaps = session.choose_submaps();
   ASSERT_EQ(submaps.size(), 1U);
   const SubmapChanges changes = session.solve(session.gather(submaps[0]));
@@ -241,15 +241,15 @@ TEST(Session, WhatWasSolvedBeforeAMergeIsWrittenAboutWhatTheObjectsAreNow) {
 
   ObjectRegistry merged = objects;
   merged.merge(chair, same_chair, 1);
-  session.restore(floor_of(same_chair), merged, {});
+  session.restore({test::test_labels(), floor_of(same_chair), merged}, {});
   session.write_back(changes);
   std::size_t written = 0;
   for (const LabelChange& change : changes.changes) {
-    const VoxelBlock& block = session.map().block(change.before.slot);
+    const VoxelBlock& block = session.map().voxels.block(change.before.slot);
     written += block.label[change.before.voxel] == number(same_chair) ? 1 : 0;
   }
   EXPECT_EQ(written, changes.changes.size());
-  EXPECT_FALSE(ids_in_use(session.map())[number(chair)]);
+  EXPECT_FALSE(ids_in_use(session.map().voxels)[number(chair)]);
   for (const auto& of_block : session.state().regularizer.votes) {
     for (const OverruledVote& vote : of_block) {
       EXPECT_EQ(vote.voted.label, 2) << "what frames voted for";
@@ -259,10 +259,10 @@ TEST(Session, WhatWasSolvedBeforeAMergeIsWrittenAboutWhatTheObjectsAreNow) {
 
   ObjectRegistry none = objects;
   none.retire_unused(std::vector<bool>(kLabelSlots, false));
-  session.restore(floor_of(LabelSlot{2}), none, {});
-  const std::uint64_t hash = session.map().hash();
+  session.restore({test::test_labels(), floor_of(LabelSlot{2}), none}, {});
+  const std::uint64_t hash = session.map().voxels.hash();
   session.write_back(changes);
-  EXPECT_EQ(session.map().hash(), hash) << "the object is no more";
+  EXPECT_EQ(session.map().voxels.hash(), hash) << "the object is no more";
 }
 
 TEST(Session, VotesForAMergedObjectAreForTheOneThatItIsNow) {
@@ -270,13 +270,13 @@ TEST(Session, VotesForAMergedObjectAreForTheOneThatItIsNow) {
   const LabelSlot chair = *objects.create();
   const LabelSlot same_chair = *objects.create();
   Session session({}, test::test_labels());
-  session.restore(floor_of(chair), objects, {});
+  session.restore({test::test_labels(), floor_of(chair), objects}, {});
   SubmapChanges changes = session.solve(session.gather(session.choose_submaps()[0]));
   for (LabelChange& change : changes.changes) change.before.voted.label = number(chair);  // as if frames had voted for it
   for (LabelChange& change : changes.changes) change.label.label = number(ClassId{1});
   ObjectRegistry merged = objects;
   merged.merge(chair, same_chair, 1);
-  session.restore(floor_of(same_chair), merged, {});
+  session.restore({test::test_labels(), floor_of(same_chair), merged}, {});
   session.write_back(changes);
   std::size_t votes = 0;
   for (const auto& of_block : session.state().regularizer.votes) {
@@ -329,7 +329,7 @@ TEST(Session, MemoryDoesNotGrowWithFrames) {
   const double settled_mb = allocated_mb();
   add_many(3000);
   EXPECT_LT(allocated_mb() - settled_mb, 0.025) << "8 bytes a frame";
-  EXPECT_LT(session.objects().count(), 4096U);
+  EXPECT_LT(session.map().objects.count(), 4096U);
   EXPECT_LE(session.frames().first_skipped().size(), FrameLog::kMaxListed);
   // And new things are still found.
   Segmentation whole{Image<std::uint16_t>(16, 12, 1), {{ClassId{3}, 1, {}}}};
@@ -351,7 +351,7 @@ TEST(Session, AFarPoseAndDepthOutOfRangeAreRejected) {
   ASSERT_TRUE(reason.has_value());
   EXPECT_NE(reason->find("depth.max_m"), std::string::npos);
   EXPECT_EQ(session.frames().used(), 0U);
-  EXPECT_EQ(session.map().block_count(), 0U);
+  EXPECT_EQ(session.map().voxels.block_count(), 0U);
 }
 
 TEST(Session, OptionsThatLeaveNoDepthAreAnError) {

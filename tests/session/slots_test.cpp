@@ -49,13 +49,13 @@ struct LongSession {
   explicit LongSession(RegularizerState regularizer = {}) {
     SessionState state;
     state.regularizer = std::move(regularizer);
-    session.restore(far_map(), long_lived(), std::move(state));
+    session.restore({test::test_labels(), far_map(), long_lived()}, std::move(state));
   }
   // The slot of the ball, which is new to the map.
   LabelSlot add_ball() {
     const Frame frame = ball_frame();
     EXPECT_EQ(session.add(frame, test::segmented(frame)), std::nullopt);
-    const Object* ball = session.objects().find(kFirstAnew);
+    const Object* ball = session.map().objects.find(kFirstAnew);
     return ball == nullptr ? LabelSlot::kNoVote : ball->slot;
   }
 };
@@ -71,7 +71,7 @@ CoreVoxel floor_voxel() {
 TEST(Slots, AreGivenAnewWhenNothingNamesThem) {
   LongSession run;
   EXPECT_EQ(run.add_ball(), LabelSlot{kFirst});
-  EXPECT_EQ(run.session.objects().find(PanopticId{kFirst}), nullptr) << "no voxel held it";
+  EXPECT_EQ(run.session.map().objects.find(PanopticId{kFirst}), nullptr) << "no voxel held it";
   EXPECT_EQ(run.session.segment_ids().front(), kFirstAnew);
 }
 
@@ -82,10 +82,10 @@ TEST(Slots, OfAnObjectThatOnlyAnOverruledVoteNamesAreKept) {
     const OverruledVote vote{kVoxel, voted ? gone : floor, voted ? floor : gone};
     LongSession run({{{vote}}, {}});
     EXPECT_EQ(run.add_ball(), LabelSlot{kFirst + 1}) << "the first one that nothing names";
-    EXPECT_EQ(run.session.objects().named_by(LabelSlot{kFirst}), PanopticId{kFirst});
-    EXPECT_EQ(run.session.objects().find(LabelSlot{kFirst}) != nullptr, voted) << "what frames voted for may come back";
+    EXPECT_EQ(run.session.map().objects.named_by(LabelSlot{kFirst}), PanopticId{kFirst});
+    EXPECT_EQ(run.session.map().objects.find(LabelSlot{kFirst}) != nullptr, voted) << "what frames voted for may come back";
     run.session.finish();
-    EXPECT_EQ(run.session.objects().find(LabelSlot{kFirst}), nullptr) << "no voxel holds it at the end";
+    EXPECT_EQ(run.session.map().objects.find(LabelSlot{kFirst}), nullptr) << "no voxel holds it at the end";
   }
 }
 
@@ -96,16 +96,16 @@ TEST(Slots, OfASubmapThatIsBeingSolvedNeverComeToMeanAnotherObject) {
   changes.changes = {{floor_voxel(), {kFirst, 0.5F}}};
   ASSERT_EQ(run.add_ball(), LabelSlot{kFirst}) << "the slot is another object's by now";
   run.session.write_back(changes);
-  EXPECT_EQ(run.session.map().block(0).label[kVoxel], kFloor);
+  EXPECT_EQ(run.session.map().voxels.block(0).label[kVoxel], kFloor);
 
   changes.changes[0].label = {kFirst + 2, 0.5F};
   changes.changes[0].before.voted = {kFirst, 0.5F};
   run.session.write_back(changes);
-  EXPECT_EQ(run.session.map().block(0).label[kVoxel], kFloor) << "what was voted for is another object by now";
+  EXPECT_EQ(run.session.map().voxels.block(0).label[kVoxel], kFloor) << "what was voted for is another object by now";
 
   changes.changes[0].before.voted = {kFloor, 0.5F};
   run.session.write_back(changes);
-  EXPECT_EQ(run.session.map().block(0).label[kVoxel], kFirst + 2) << "this one is still the same";
+  EXPECT_EQ(run.session.map().voxels.block(0).label[kVoxel], kFirst + 2) << "this one is still the same";
 }
 
 TEST(Slots, OfASubmapThatIsBeingSolvedFollowWhatWasMergedMeanwhile) {
@@ -114,7 +114,7 @@ TEST(Slots, OfASubmapThatIsBeingSolvedFollowWhatWasMergedMeanwhile) {
   changes.changes = {{floor_voxel(), {kFirst + 1, 0.5F}}};
   changes.changes[0].before.voted = {kFirst + 1, 0.5F};
   run.session.write_back(changes);
-  EXPECT_EQ(run.session.map().block(0).label[kVoxel], kFirst + 2);
+  EXPECT_EQ(run.session.map().voxels.block(0).label[kVoxel], kFirst + 2);
   for (const auto& of_block : run.session.state().regularizer.votes) EXPECT_TRUE(of_block.empty()) << "it is what was voted for";
 }
 

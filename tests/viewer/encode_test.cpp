@@ -44,7 +44,7 @@ class Encode : public testing::Test {
  protected:
   SmallWorld world_;
   SnapshotSurface surface_{world_.snapshot()};
-  float block_size_m_ = world_.map().block_size_m();
+  float block_size_m_ = world_.map().voxels.block_size_m();
 };
 
 TEST_F(Encode, TrianglesComeBackWithinAStepOfThePositions) {
@@ -120,13 +120,13 @@ TEST_F(Encode, ChunksMeetWithoutCracksAndWithoutSeamsInTheirNormals) {
   const auto shared = std::count_if(places.begin(), places.end(), [](const auto& p) { return p.second.second.size() > 1; });
   EXPECT_GT(shared, 100);
   // As many places as the one mesh with shared vertices has: no border vertex moved away from its twin.
-  const Mesh whole = world_.mesher().assemble(world_.map(), world_.objects(), test::small_labels());
+  const Mesh whole = world_.mesher().assemble(world_.map());
   EXPECT_EQ(places.size(), whole.vertices.size());
 }
 
 TEST_F(Encode, TheAssembledSurfaceIsTheMeshersOwn) {
   const Mesh ours = surface_.assemble(test::small_labels());
-  const Mesh reference = world_.mesher().assemble(world_.map(), world_.objects(), test::small_labels());
+  const Mesh reference = world_.mesher().assemble(world_.map());
   ASSERT_EQ(ours.vertices.size(), reference.vertices.size());
   EXPECT_TRUE(ours.triangles == reference.triangles);
   for (std::size_t i = 0; i < ours.vertices.size(); ++i) {

@@ -52,7 +52,7 @@ class ResultFolder : public testing::Test {
       "up": [0, 2, 0], "label_set": "small",
       "labels": [{"id": 1, "name": "floor", "is_thing": false, "color": [200, 180, 160]},
                  {"id": 2, "name": "swivel chair", "is_thing": true, "color": [31, 119, 180]}]})");
-    report_["options"]["map"]["voxel_size_m"] = world_.map().voxel_size_m();
+    report_["options"]["map"]["voxel_size_m"] = world_.map().voxels.voxel_size_m();
     objects_ = Json::parse(R"({"objects": [{"id": 3, "class_id": 2, "class": "swivel chair",
       "probabilities": {"swivel chair": 0.75, "floor": 0.25}, "box": {"min_m": [-1, 0, 0], "max_m": [1, 2, 3]},
       "vertices": 100, "first_frame": 4, "last_frame": 30, "observations": 12}]})");
@@ -79,7 +79,7 @@ TEST_F(ResultFolder, OpensAsTheRunSawIt) {
   EXPECT_EQ(result.scene.dataset, "made for a test");
   EXPECT_FALSE(result.scene.has_confidence);
   EXPECT_EQ(result.scene.labels.find(ClassId{2})->color, (Rgb{31, 119, 180}));
-  EXPECT_FLOAT_EQ(result.scene.block_size_m, world_.map().block_size_m());
+  EXPECT_FLOAT_EQ(result.scene.block_size_m, world_.map().voxels.block_size_m());
   const Snapshot& s = *result.snapshot;
   EXPECT_EQ(s.revision, 1U);
   EXPECT_EQ(s.up, Vec3f(0, 1, 0));
@@ -95,14 +95,14 @@ TEST_F(ResultFolder, OpensAsTheRunSawIt) {
 }
 
 TEST_F(ResultFolder, AMeshIsCutAtTheBordersOfItsBlocks) {
-  const auto chunks = cut_into_chunks(mesh_, double{world_.map().voxel_size_m()});
+  const auto chunks = cut_into_chunks(mesh_, double{world_.map().voxels.voxel_size_m()});
   std::size_t with_surface = 0;
   const auto snapshot = world_.snapshot();
   for (const SnapshotChunk& chunk : snapshot->chunks) with_surface += chunk.surface->triangles.empty() ? 0 : 1;
   EXPECT_EQ(chunks.size(), with_surface) << "the very blocks that the mesher made them of";
-  const double block_m = double{world_.map().block_size_m()};
+  const double block_m = double{world_.map().voxels.block_size_m()};
   for (const SnapshotChunk& chunk : chunks) {
-    const Slot slot = world_.map().find_slot(chunk.index);
+    const Slot slot = world_.map().voxels.find_slot(chunk.index);
     ASSERT_NE(slot, VoxelMap::kNoSlot);
     // Slivers on the very border may go either way.
     EXPECT_NEAR(static_cast<double>(chunk.surface->triangles.size()),

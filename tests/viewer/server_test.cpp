@@ -38,7 +38,7 @@ TEST_F(Server, TheSceneSaysWhatStaysTheSame) {
   const Json scene = json("/api/scene");
   EXPECT_EQ(scene["protocol"], 2);
   EXPECT_EQ(scene["title"], "small");
-  EXPECT_FLOAT_EQ(scene["block_size_m"].get<float>(), world_.map().block_size_m());
+  EXPECT_FLOAT_EQ(scene["block_size_m"].get<float>(), world_.map().voxels.block_size_m());
   EXPECT_EQ(scene["first_thing"], 3);
   EXPECT_EQ(scene["has_confidence"], true);
   EXPECT_EQ(scene["classes"][1], Json::parse(R"({"id": 2, "name": "swivel chair", "is_thing": true, "color": [31, 119, 180]})"));
@@ -55,7 +55,7 @@ TEST_F(Server, ABrowserGetsTheWholeSurfaceAndThenOnlyWhatIsNew) {
   ASSERT_EQ(chunks.size(), state["chunks"].size());
   std::size_t triangles = 0;
   for (const auto& chunk : chunks) triangles += chunk.triangles.size();
-  EXPECT_EQ(triangles, world_.mesher().assemble(world_.map(), world_.objects(), test::small_labels()).triangles.size());
+  EXPECT_EQ(triangles, world_.mesher().assemble(world_.map()).triangles.size());
 
   EXPECT_TRUE(json("/api/state?since=1")["chunks"].empty());
   world_.replace(0, std::make_shared<const MeshChunk>());
@@ -67,7 +67,7 @@ TEST_F(Server, ABrowserGetsTheWholeSurfaceAndThenOnlyWhatIsNew) {
   bool is_told = false;
   for (const auto& chunk : decoded(get("/api/chunks?k=" + keys(next)).body)) {
     EXPECT_EQ(chunk.version, 2U);
-    is_told |= chunk.triangles.empty() && chunk.block == world_.map().index_of(0);
+    is_told |= chunk.triangles.empty() && chunk.block == world_.map().voxels.index_of(0);
   }
   EXPECT_TRUE(is_told) << "a chunk that lost its surface comes empty";
 }

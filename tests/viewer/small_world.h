@@ -32,13 +32,13 @@ inline ObjectRegistry small_objects() {
 
 class SmallWorld {
  public:
-  SmallWorld() : map_(MapOptions{}), mesher_(MesherOptions{}) {
+  SmallWorld() : map_(small_labels(), VoxelMap(MapOptions{}), small_objects()), mesher_(MesherOptions{}) {
     const Solid ball{[](const Vec3d& p) { return (p - Vec3d(0.02, 0.2, 0.01)).norm() - 0.3; }, kBallSlot};
     const Solid floor = solid_ground(Vec3d::UnitY(), -0.25, pid(1));
-    add_solids(map_, {ball, floor}, Vec3d::Constant(-0.6), Vec3d::Constant(0.6));
-    mesher_.update(map_, objects_);
-    for (Slot slot = 0; slot < map_.block_count(); ++slot) {
-      chunks_.push_back({map_.index_of(slot), 1, mesher_.chunks()[slot]});
+    add_solids(map_.voxels, {ball, floor}, Vec3d::Constant(-0.6), Vec3d::Constant(0.6));
+    mesher_.update(map_);
+    for (Slot slot = 0; slot < map_.voxels.block_count(); ++slot) {
+      chunks_.push_back({map_.voxels.index_of(slot), 1, mesher_.chunks()[slot]});
     }
   }
 
@@ -73,14 +73,14 @@ class SmallWorld {
     chunks_[chunk].version = revision_ + 1;
   }
 
-  SnapshotScene scene() const { return {"small", "made for a test", small_labels(), map_.voxel_size_m(), map_.block_size_m()}; }
-  const VoxelMap& map() const { return map_; }
-  const ObjectRegistry& objects() const { return objects_; }
+  SnapshotScene scene() const {
+    return {"small", "made for a test", small_labels(), map_.voxels.voxel_size_m(), map_.voxels.block_size_m()};
+  }
+  const PanopticMap& map() const { return map_; }
   const Mesher& mesher() const { return mesher_; }
 
  private:
-  VoxelMap map_;
-  ObjectRegistry objects_ = small_objects();
+  PanopticMap map_;
   Mesher mesher_;
   std::vector<SnapshotChunk> chunks_;
   std::uint64_t revision_ = 0;
