@@ -20,11 +20,7 @@ namespace {
 
 class Descriptor {
  public:
-  Descriptor(const std::filesystem::path& path, int flags) {
-    do {
-      fd_ = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
-    } while (fd_ < 0 && errno == EINTR);
-  }
+  Descriptor(const std::filesystem::path& path, int flags) : fd_(open_descriptor(path, flags)) {}
   ~Descriptor() { close(); }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
@@ -36,7 +32,7 @@ class Descriptor {
   bool close() { return !open() || ::close(release()) == 0 || errno == EINTR; }
 
  private:
-  int fd_ = -1;
+  int fd_;
 };
 
 [[noreturn]] void fail(std::string_view what, const std::filesystem::path& path, int error, std::string_view remedy) {
@@ -79,6 +75,14 @@ std::filesystem::file_status status_of(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+int open_descriptor(const std::filesystem::path& path, int flags, unsigned mode) {
+  int fd = -1;
+  do {
+    fd = ::open(path.c_str(), flags | O_CLOEXEC, mode);
+  } while (fd < 0 && errno == EINTR);
+  return fd;
+}
 
 std::string read_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
   const Descriptor file(path, O_RDONLY | O_NONBLOCK);  // a pipe without a writer must not hang us

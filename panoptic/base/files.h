@@ -22,6 +22,10 @@ class FileError : public Error {
   using Error::Error;
 };
 
+// open(2), tried again when a signal interrupts it; the descriptor closes when the process starts another program. Below 0, with
+// errno, if the file cannot be opened.
+int open_descriptor(const std::filesystem::path& path, int flags, unsigned mode = 0666);
+
 // The whole file. Throws FileError if it is absent or unreadable, Error if it is not a regular file or larger than max_bytes.
 std::string read_file(const std::filesystem::path& path, std::uintmax_t max_bytes = std::uintmax_t{1} << 30);
 

@@ -132,9 +132,7 @@ std::vector<std::uint64_t> index_frames(const SensFile& file, Cursor& cursor, st
 }  // namespace
 
 SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()) {
-  do {
-    fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  } while (fd_ < 0 && errno == EINTR);
+  fd_ = open_descriptor(path, O_RDONLY);
   struct stat status {};
   if (fd_ >= 0 && ::fstat(fd_, &status) == 0) {
     size_ = static_cast<std::uint64_t>(status.st_size);

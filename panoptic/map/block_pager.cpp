@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "panoptic/base/error.h"
+#include "panoptic/base/files.h"
 
 namespace panoptic {
 namespace {
@@ -24,7 +25,7 @@ std::string reason(int error) { return std::generic_category().message(error); }
 
 // Not every file system has files without a name; then one whose name is removed at once.
 int unnamed_file(const std::filesystem::path& folder) {
-  const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  const int file = open_descriptor(folder, O_TMPFILE | O_RDWR, 0600);
   if (file >= 0) return file;
   std::string name = (folder / "panoptic_map_XXXXXX").string();
   const int named = ::mkostemp(name.data(), O_CLOEXEC);

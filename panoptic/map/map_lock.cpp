@@ -68,7 +68,7 @@ FileId id_of(int fd, const std::filesystem::path& path) {
 class LockedFile {
  public:
   explicit LockedFile(const std::filesystem::path& path)
-      : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {  // a pipe without a writer must not hang us
+      : fd_(open_descriptor(path, O_RDONLY | O_NONBLOCK)) {  // a pipe without a writer must not hang us
     if (fd_ < 0) fail(path, errno);
     int result = 0;
     do {
