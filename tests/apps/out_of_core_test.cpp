@@ -16,12 +16,13 @@ TEST(OutOfCore, SlowlyAHomeAtOneCentimetreIsTheSameMapInAFifthOfItsMemory) {
   constexpr double kLimit_mb = 64;
   const fs::path home = fresh_folder("home");
   const auto simulated =
-      run_program({"simulate", "--seed", "3", "--rooms", "2", "--frames", "160", "--predictions", "good", "-o", home.string()});
+      run_program({"simulate", "--seed", "3", "--rooms", "2", "--frames", "90", "--predictions", "good", "-o", home.string()});
   ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
   const auto report_with = [&](const std::vector<std::string>& more) {
     const fs::path out = fresh_folder("out");
-    std::vector<std::string> arguments{"run", home.string(), "--predictions", (home / "predictions").string(),
-                                       "-o",  out.string(),  "--set",         "map.voxel_size_m=0.01"};
+    std::vector<std::string> arguments{
+        "run", "--no-pictures", home.string(), "--predictions",        (home / "predictions").string(),
+        "-o",  out.string(),    "--set",       "map.voxel_size_m=0.01"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto result = run_program(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
