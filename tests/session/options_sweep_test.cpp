@@ -9,10 +9,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <random>
 #include <utility>
 
 #include "panoptic/base/error.h"
 #include "panoptic/session/session.h"
+#include "tests/fresh_seed.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -123,13 +125,32 @@ std::vector<double> ends_of(const std::string& key) {
   return {};
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
+// Both ends, or one of them by chance under a sanitizer, where a map takes twenty times as long.
+class Ends {
+ public:
+  std::vector<double> operator()(const std::string& key) {
+    const std::vector<double> ends = ends_of(key);
+    return kSanitized && ends.size() == 2 ? std::vector{ends[random_() % 2]} : ends;
+  }
+
+ private:
+  std::mt19937 random_{kSanitized ? test::fresh_seed() : 0};
+};
+
 TEST(OptionsSweep, EveryNumberAtBothEndsOfItsRangeGivesAMapOrAnError) {
   Options options;
   const Fields all = numbers(options);
   ASSERT_GT(all.size(), 30U);
+  Ends ends;
   for (const Field& field : all) {
     ASSERT_TRUE(std::isfinite(field.allowed.min) && std::isfinite(field.allowed.max)) << field.key << " has no range";
-    for (const double end : ends_of(field.key)) expect_map_or_error({{field.key, end}});
+    for (const double end : ends(field.key)) expect_map_or_error({{field.key, end}});
   }
 }
 
@@ -163,17 +184,19 @@ const std::pair<const char*, const char*> kMeeting[] = {
 };
 
 TEST(OptionsSweep, NumbersThatMeetInOneFormulaGiveAMapOrAnErrorAtAllTheirEnds) {
+  Ends ends;
   for (const auto& [first, second] : kMeeting) {
-    for (const double a : ends_of(first)) {
-      for (const double b : ends_of(second)) expect_map_or_error({{first, a}, {second, b}});
+    for (const double a : ends(first)) {
+      for (const double b : ends(second)) expect_map_or_error({{first, a}, {second, b}});
     }
   }
 }
 
 TEST(OptionsSweep, AlsoWhenRaysAreCast) {
+  Ends ends;
   for (const char* other : {"map.truncation_voxels", "depth.min_m", "depth.max_m", "integrator.object_vote"}) {
-    for (const double voxel_m : ends_of("map.voxel_size_m")) {
-      for (const double end : ends_of(other)) expect_map_or_error({{"map.voxel_size_m", voxel_m}, {other, end}}, "raycast");
+    for (const double voxel_m : ends("map.voxel_size_m")) {
+      for (const double end : ends(other)) expect_map_or_error({{"map.voxel_size_m", voxel_m}, {other, end}}, "raycast");
     }
   }
 }
