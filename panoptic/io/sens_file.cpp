@@ -131,8 +131,7 @@ std::vector<std::uint64_t> index_frames(const SensFile& file, Cursor& cursor, st
 
 }  // namespace
 
-SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()) {
-  fd_ = open_descriptor(path, O_RDONLY);
+SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()), fd_(open_descriptor(path, O_RDONLY)) {
   struct stat status {};
   if (fd_ >= 0 && ::fstat(fd_, &status) == 0) {
     size_ = static_cast<std::uint64_t>(status.st_size);
