@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What image_io.cpp asks of the codecs, each of which has one source and is named nowhere else. They take what
-// is_acceptable_image() let through and throw Error that starts with the file's name. Any thread; nothing is printed.
+// The codecs behind image_io.cpp: each has one source and is named nowhere else. They take bytes that is_acceptable_image() let
+// through and throw Error that starts with the file's name. Any thread; nothing is printed.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -37,6 +38,13 @@ Image<T> image_for(const EncodedImage& file, std::uint64_t width, std::uint64_t 
   const bool fits = width > 0 && height > 0 && width <= kMaxImagePixels && height <= kMaxImagePixels / width;
   if (!fits) refuse_damaged(file, "its size is out of range");
   return Image<T>(static_cast<int>(width), static_cast<int>(height));
+}
+
+// The same values in 16 bits.
+inline Image<std::uint16_t> widened(const Image<std::uint8_t>& image) {
+  Image<std::uint16_t> wide(image.width(), image.height());
+  std::copy_n(image.data(), image.size(), wide.data());
+  return wide;
 }
 
 Image<Rgb> decode_png_rgb(const EncodedImage& file);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <turbojpeg.h>
 
-#include <algorithm>
 #include <memory>
 #include <new>
 #include <type_traits>
@@ -64,10 +63,7 @@ Image<std::uint16_t> decode_jpeg_gray16(const EncodedImage& file) {
   const TurboJpeg jpeg = opened(tjInitDecompress());
   const JpegHeader header = read_jpeg_header(jpeg.get(), file);
   if (header.colors != TJCS_GRAY) refuse_channels(file, 3, 8);
-  const auto bytes = read_jpeg_pixels<std::uint8_t>(jpeg.get(), file, header, TJPF_GRAY);
-  Image<std::uint16_t> image(bytes.width(), bytes.height());
-  std::copy_n(bytes.data(), bytes.size(), image.data());
-  return image;
+  return widened(read_jpeg_pixels<std::uint8_t>(jpeg.get(), file, header, TJPF_GRAY));
 }
 
 std::vector<std::uint8_t> jpeg_from_rows(const PixelRows& rgb, int quality) {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <png.h>
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <csetjmp>
@@ -57,7 +56,7 @@ class PngReader {
     return ((kind & PNG_COLOR_MASK_COLOR) != 0 ? 3 : 1) + ((kind & PNG_COLOR_MASK_ALPHA) != 0 ? 1 : 0);
   }
 
-  // Of 16 bits the upper 8 remain. Gamma and other profiles are left alone.
+  // Samples of 16 bits keep their upper 8. Gamma and other profiles are left alone.
   bool convert_to_rgb() {
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_strip_16(png_);
@@ -180,10 +179,7 @@ Image<std::uint16_t> decode_png_gray16(const EncodedImage& file) {
   if (!reader.read_header() || !reader.convert_to_numbers()) refuse_damaged(file, reader.reason());
   if (reader.channels() != 1) refuse_channels(file, reader.channels(), reader.bits());
   if (reader.bits() == 16) return read_pixels<std::uint16_t>(reader, file);
-  const auto bytes = read_pixels<std::uint8_t>(reader, file);
-  Image<std::uint16_t> image(bytes.width(), bytes.height());
-  std::copy_n(bytes.data(), bytes.size(), image.data());
-  return image;
+  return widened(read_pixels<std::uint8_t>(reader, file));
 }
 
 std::vector<std::uint8_t> png_from_rows(const PixelRows& rows) {

@@ -75,7 +75,7 @@ std::optional<std::uint32_t> next_pnm_number(std::span<const std::uint8_t> bytes
   return digits > 0 ? std::optional(value) : std::nullopt;
 }
 
-// Of 16 bits the upper 8 remain. Text of fewer than 8 bits is stretched to 8; bytes stand for themselves.
+// Samples of 16 bits keep their upper 8. Text of fewer than 8 bits is stretched to 8; bytes stand for themselves.
 Image<Rgb> decode_pnm_rgb(const EncodedImage& file) {
   const Pnm pnm = read_pnm_header(file);
   auto image = image_for_samples<Rgb>(file, pnm);

@@ -16,7 +16,7 @@
 namespace panoptic {
 namespace {
 
-// What libtiff reads from, and what it says when it fails: the first complaint is the cause.
+// The bytes that libtiff reads, and why it failed: the first complaint is the cause.
 struct TiffMemory {
   std::span<const std::uint8_t> bytes;
   std::uint64_t at = 0;
@@ -167,9 +167,14 @@ class TiffReader {
                                 header.bits, header.format, header.meaning));
 }
 
+// REQUIRES one channel of 8 or 16 bits.
+Image<std::uint16_t> grey_numbers(TiffReader& reader) {
+  return reader.header().bits == 16 ? reader.pixels<std::uint16_t>() : widened(reader.pixels<std::uint8_t>());
+}
+
 }  // namespace
 
-// Grey of 8 or 16 bits, of which the upper 8 remain, and RGB of 8.
+// Reads grey of 8 bits, or 16 of which it keeps the upper 8, and RGB of 8.
 Image<Rgb> decode_tiff_rgb(const EncodedImage& file) {
   TiffReader reader(file);
   const TiffHeader& header = reader.header();
@@ -178,7 +183,7 @@ Image<Rgb> decode_tiff_rgb(const EncodedImage& file) {
   const bool is_grey = header.channels == 1 && header.meaning <= PHOTOMETRIC_MINISBLACK &&
                        (reader.is_numbers(8, SAMPLEFORMAT_UINT) || reader.is_numbers(16, SAMPLEFORMAT_UINT));
   if (!is_grey) refuse_tiff(file, header);
-  const auto image = decode_tiff_gray16(file);
+  const auto image = grey_numbers(reader);
   const int shift = header.bits - 8;
   const std::uint8_t flip = header.meaning == PHOTOMETRIC_MINISWHITE ? 0xFF : 0;
   Image<Rgb> rgb(image.width(), image.height());
@@ -194,11 +199,7 @@ Image<std::uint16_t> decode_tiff_gray16(const EncodedImage& file) {
   const TiffHeader& header = reader.header();
   if (header.channels != 1 || (header.bits != 8 && header.bits != 16)) refuse_channels(file, header.channels, header.bits);
   if (header.format != SAMPLEFORMAT_UINT || header.meaning > PHOTOMETRIC_MINISBLACK) refuse_tiff(file, header);
-  if (header.bits == 16) return reader.pixels<std::uint16_t>();
-  const auto bytes = reader.pixels<std::uint8_t>();
-  Image<std::uint16_t> image(bytes.width(), bytes.height());
-  std::copy_n(bytes.data(), bytes.size(), image.data());
-  return image;
+  return grey_numbers(reader);
 }
 
 Image<float> decode_tiff_float(const EncodedImage& file) {

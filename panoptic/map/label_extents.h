@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where the voxels of a label are, without a mesh. Counted is the surface band (voxel_grid.h).
+// The extent of each label in the map, without a mesh: a box around its voxels in the surface band (voxel_grid.h).
 #pragma once
 
 #include <array>

@@ -11,8 +11,8 @@ namespace panoptic {
 namespace {
 
 using test::as_grey;
-using test::complaint_of;
 using test::error_of;
+using test::expect_quiet_complaints;
 using test::FileBytes;
 using test::random_numbers;
 using testing::HasSubstr;
@@ -113,13 +113,8 @@ TEST(PngFile, DamageIsAnErrorAndNothingIsPrinted) {
   FileBytes pixels_damaged = sound;
   pixels_damaged[sound.size() - 20] ^= 0x55U;
   EXPECT_THAT(error_of([&] { decode_rgb(pixels_damaged, "a.png"); }), HasSubstr("a.png: not a readable image"));
-  for (std::size_t i = 8; i < sound.size(); ++i) {
-    FileBytes damaged = sound;
-    damaged[i] = static_cast<std::uint8_t>(damaged[i] ^ 0x55U);
-    const std::string complaint = complaint_of([&] { decode_rgb(damaged, "a.png"); });
-    EXPECT_TRUE(complaint.empty() || complaint.starts_with("a.png: not a readable image")) << i << ": " << complaint;
-  }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  expect_quiet_complaints(sound, 8, "a.png: not a readable image", [](const FileBytes& file) { decode_rgb(file, "a.png"); });
 }
 
 }  // namespace

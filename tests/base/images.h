@@ -1,13 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Made-up pixels for tests of image files, and what may or may not be complained about.
+// Made-up pixels for tests of image files, and how damage to a file shows.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "panoptic/base/error.h"
@@ -50,14 +54,21 @@ inline FileBytes samples_of(const Image<Rgb>& image) {
   return samples;
 }
 
-// The message of the Error that the action throws, if it does.
-inline std::string complaint_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
+// Decodes copies of a sound file with each byte from `first` on changed in turn: every complaint begins with `start`, and nothing
+// is printed.
+inline void expect_quiet_complaints(const FileBytes& sound, std::size_t first, const std::string& start,
+                                    const std::function<void(const FileBytes&)>& decode) {
+  testing::internal::CaptureStderr();
+  for (std::size_t i = first; i < sound.size(); ++i) {
+    FileBytes damaged = sound;
+    damaged[i] = static_cast<std::uint8_t>(damaged[i] ^ 0x55U);
+    try {
+      decode(damaged);
+    } catch (const Error& error) {
+      EXPECT_TRUE(std::string_view(error.what()).starts_with(start)) << i << ": " << error.what();
+    }
   }
-  return "";
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 }  // namespace panoptic::test
