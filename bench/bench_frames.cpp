@@ -10,11 +10,11 @@
 #include <memory>
 #include <optional>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/json.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/predict/predictor_files.h"
-#include "panoptic/session/open_dataset.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
+#include "panoptic/predictor.h"
+#include "panoptic/simulation.h"
 
 namespace panoptic {
 namespace {
@@ -88,7 +88,7 @@ BenchFrames load_bench_frames(const BenchSource& source) {
   BenchFrames result{dataset->description(), predictor ? predictor->labels() : load_label_set(kSeededLabelSet), {}, 0};
   FrameStream stream(*dataset, source.range);
   while (std::optional<ReadResult> read = stream.next()) {
-    if (!read->frame || why_unusable(*read->frame)) continue;
+    if (!read->frame || !check(*read->frame).used) continue;
     BenchFrame& f = result.frames.emplace_back();
     f.frame = source.resize == 1 ? std::move(*read->frame) : resized(*read->frame, source.resize);
     if (predictor) f.segmentation = predictor->predict(f.frame);

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "bench/seeded_labels.h"
-#include "panoptic/data/frame.h"
-#include "panoptic/data/labels.h"
-#include "panoptic/data/segmentation.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/frame.h"
+#include "panoptic/labels.h"
+#include "panoptic/segmentation.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 

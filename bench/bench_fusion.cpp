@@ -12,14 +12,14 @@
 #include <tuple>
 #include <utility>
 
-#include "panoptic/base/parallel.h"
 #include "panoptic/fusion/band_touch.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/label_tracker.h"
-#include "panoptic/fusion/mesher.h"
 #include "panoptic/fusion/ray_fusion.h"
 #include "panoptic/fusion/ray_walk.h"
 #include "panoptic/fusion/reference_labels.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/parallel.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {

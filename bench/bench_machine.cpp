@@ -13,8 +13,8 @@
 
 #include "panoptic/base/clones.h"
 #include "panoptic/base/json.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/base/profile.h"
+#include "panoptic/parallel.h"
+#include "panoptic/profile.h"
 
 namespace panoptic {
 

@@ -8,9 +8,9 @@
 
 #include <cmath>
 
-#include "panoptic/base/profile.h"
-#include "panoptic/fusion/regularizer.h"
-#include "tests/fusion/crf_graphs.h"
+#include "panoptic/crf/regularizer.h"
+#include "panoptic/profile.h"
+#include "tests/crf/crf_graphs.h"
 
 namespace panoptic {
 namespace {

@@ -8,11 +8,11 @@
 #include <fstream>
 #include <optional>
 
-#include "panoptic/base/error.h"
-#include "panoptic/base/profile.h"
-#include "panoptic/fusion/mesher.h"
-#include "panoptic/io/mesh_io.h"
-#include "panoptic/session/session.h"
+#include "panoptic/error.h"
+#include "panoptic/mapper.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/outputs.h"
+#include "panoptic/profile.h"
 
 namespace panoptic {
 namespace {
@@ -37,7 +37,7 @@ double peak_memory_mb() {
   return peak_rss_mb();
 }
 
-// What each stage took since the last call, from the session's running totals.
+// The time that each stage took since the last call, from the mapper's running totals.
 class StageClock {
  public:
   void read(const Profile& profile, StageTimes& into) {
@@ -77,10 +77,10 @@ std::optional<Frame> moved_to_copy(const Frame& frame, std::size_t copy) {
 }
 
 // `blocks`: of the map after each copy.
-Session mapped(const BenchFrames& recording, const BenchSettings& settings, StageTimes& times, std::vector<std::size_t>& blocks) {
+Mapper mapped(const BenchFrames& recording, const BenchSettings& settings, StageTimes& times, std::vector<std::size_t>& blocks) {
   Options options = settings.options;
   options.regularizer.enabled = false;  // runs every ten seconds, and bench_regularizer measures it
-  Session session(options, recording.labels);
+  Mapper mapper(options, recording.labels);
   Mesher mesher(options.mesher);
   StageClock clock;
   const std::size_t count = recording.frames.size() * static_cast<std::size_t>(settings.copies);
@@ -88,29 +88,29 @@ Session mapped(const BenchFrames& recording, const BenchSettings& settings, Stag
     const BenchFrame& next = recording.frames[i % recording.frames.size()];
     const std::optional<Frame> moved = moved_to_copy(next.frame, i / recording.frames.size());
     const double cpu_before = cpu_seconds();
-    const auto refused = session.add(moved ? *moved : next.frame, next.segmentation);
-    if (i % recording.frames.size() == recording.frames.size() - 1) blocks.push_back(session.map().voxels.block_count());
-    if (refused) continue;
+    const Outcome outcome = mapper.add(moved ? *moved : next.frame, next.segmentation);
+    if (i % recording.frames.size() == recording.frames.size() - 1) blocks.push_back(mapper.map().voxels.block_count());
+    if (!outcome.used) continue;
     times["fusion_cpu"].push_back((cpu_seconds() - cpu_before) * 1e3);
-    clock.read(session.profile(), times);
+    clock.read(mapper.profile(), times);
     if ((i + 1) % static_cast<std::size_t>(settings.mesh_every) != 0) continue;
-    times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(session.map()); }));
+    times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(mapper.map()); }));
   }
-  return session;
+  return mapper;
 }
 
-void finish(Session& session, const BenchSettings& settings, StageTimes& times, BenchResult& result) {
+void finish(Mapper& mapper, const BenchSettings& settings, StageTimes& times, BenchResult& result) {
   Mesh mesh;
   times["mesh_full"].push_back(timed_ms([&] {
     Mesher mesher(settings.options.mesher);
-    mesher.update(session.map());
-    mesh = mesher.assemble(session.map());
+    mesher.update(mapper.map());
+    mesh = mesher.assemble(mapper.map());
   }));
   if (!settings.mesh.empty()) write_ply(settings.mesh, mesh);
   result.mesh_triangles = mesh.triangles.size();
-  result.blocks = session.map().voxels.block_count();
-  result.map_bytes = session.map().voxels.memory_bytes();
-  const std::uint64_t hash = session.map().voxels.hash();
+  result.blocks = mapper.map().voxels.block_count();
+  result.map_bytes = mapper.map().voxels.memory_bytes();
+  const std::uint64_t hash = mapper.map().voxels.hash();
   if (result.map_hash != 0 && hash != result.map_hash) throw Error("two repeats gave different maps: this is a bug, report it");
   result.map_hash = hash;
 }
@@ -131,17 +131,17 @@ FrameWork work_of(const BenchFrames& recording, const BenchSettings& settings) {
   const std::size_t samples = std::min(kSamples, recording.frames.size());
   for (std::size_t s = 0; s < samples; ++s) {
     const BenchFrame& f = recording.frames[recording.frames.size() * s / samples];
-    Session session(settings.options, recording.labels);
-    session.add(f.frame, f.segmentation);
+    Mapper mapper(settings.options, recording.labels);
+    static_cast<void>(mapper.add(f.frame, f.segmentation));
     std::size_t band = 0;
-    for (Slot slot = 0; slot < session.map().voxels.block_count(); ++slot) {
-      const auto& weight = session.map().voxels.block(slot).weight;
+    for (Slot slot = 0; slot < mapper.map().voxels.block_count(); ++slot) {
+      const auto& weight = mapper.map().voxels.block(slot).weight;
       band += static_cast<std::size_t>(std::count_if(weight.begin(), weight.end(), [](float w) { return w > 0; }));
     }
     const double share = 1.0 / static_cast<double>(samples);
     work.pixels += share * static_cast<double>(f.frame.depth.size());
     work.color_pixels += share * static_cast<double>(f.frame.color.size());
-    work.touched_voxels += share * static_cast<double>(session.map().voxels.block_count()) * kBlockVoxels;
+    work.touched_voxels += share * static_cast<double>(mapper.map().voxels.block_count()) * kBlockVoxels;
     work.band_voxels += share * static_cast<double>(band);
   }
   return work;
@@ -156,10 +156,10 @@ BenchResult run_bench(const BenchFrames& recording, const BenchSettings& setting
     StageTimes times;
     if (repeat == 0) reset_peak_memory();
     blocks.clear();
-    Session session = mapped(recording, settings, times, blocks);
+    Mapper mapper = mapped(recording, settings, times, blocks);
     if (times["fusion"].empty()) throw Error("no frame could be fused: every one was refused");
     if (repeat == 0) result.peak_rss_mb = peak_memory_mb() - static_cast<double>(recording.bytes) / 1e6;
-    finish(session, settings, times, result);
+    finish(mapper, settings, times, result);
     result.repeat_p50_ms.push_back(quantile(times["fusion"], 0.5));
     keep_smallest(times, result.stages);
   }

@@ -13,7 +13,8 @@
 
 #include "bench/bench_frames.h"
 #include "panoptic/base/json.h"
-#include "panoptic/session/options.h"
+#include "panoptic/options.h"
+#include "panoptic/profile.h"
 
 namespace panoptic {
 
@@ -35,7 +36,7 @@ struct CopyTimes {
   std::size_t map_blocks = 0;
 };
 
-// What a frame has to be done on: means over ten frames, each mapped alone.
+// The amount of work in a frame: means over ten frames, each mapped alone.
 struct FrameWork {
   double pixels = 0;
   double color_pixels = 0;
@@ -44,7 +45,7 @@ struct FrameWork {
 };
 
 struct BenchResult {
-  StageTimes stages;  // the session's stages; mesh_incremental, mesh_full; fusion_cpu: time on all threads together
+  StageTimes stages;  // the mapper's stages; mesh_incremental, mesh_full; fusion_cpu: time on all threads together
   std::vector<double> repeat_p50_ms;  // the stage "fusion" alone, as each repeat had it
   std::vector<CopyTimes> copies;      // more than one if more were asked for
   FrameWork work;

@@ -9,7 +9,12 @@
 #include <exception>
 
 #include "bench/fusion_run.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/base/config.h"
+#include "panoptic/base/version.h"
+#include "panoptic/mapping/option_fields.h"
+#include "panoptic/parallel.h"
+#include "panoptic/profile.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 namespace {
@@ -63,7 +68,7 @@ Json to_json(const BenchArguments& a, const BenchFrames& recording, const BenchR
   Json copies = Json::array();
   for (const CopyTimes& c : result.copies) copies.push_back({{"fusion_p50_ms", c.fusion_p50_ms}, {"map_blocks", c.map_blocks}});
   const auto voxels = static_cast<double>(result.blocks) * kBlockVoxels;
-  return {{"program", fmt::format("panoptic {}", PANOPTIC_VERSION)},
+  return {{"program", fmt::format("panoptic {}", version())},
           {"recording", recording.description},
           {"frames", result.frames},
           {"segments_mean", result.segments_mean},

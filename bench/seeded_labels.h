@@ -7,9 +7,9 @@
 
 #include <cstdint>
 
-#include "panoptic/data/frame.h"
-#include "panoptic/data/labels.h"
-#include "panoptic/data/segmentation.h"
+#include "panoptic/frame.h"
+#include "panoptic/labels.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic {
 

@@ -5,7 +5,6 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(tomlplusplus REQUIRED)
-find_package(CLI11 REQUIRED)
 find_package(ZLIB REQUIRED)
 # base/ alone: images
 find_package(PNG REQUIRED)
@@ -20,15 +19,23 @@ endif()
 find_package(SQLite3 3.37 REQUIRED)
 find_package(zstd REQUIRED)
 # sim/ alone: rays, the furniture's archive and its models
-find_package(embree 3 REQUIRED)
-find_package(libzip REQUIRED)  # its package refers to the tools zipcmp, zipmerge and ziptool
-find_package(tinyobjloader REQUIRED)
+if(PANOPTIC_SIM)
+  find_package(embree 3 REQUIRED)
+  find_package(libzip REQUIRED)  # its package refers to the tools zipcmp, zipmerge and ziptool
+  find_package(tinyobjloader REQUIRED)
+endif()
 # eval/ alone: headers only, without a package of its own
 find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
-# apps/viewer alone. The library's headers must see the options that it was built with, which only its pkg-config file tells.
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(CppHttplib REQUIRED IMPORTED_TARGET cpp-httplib)
-find_package(meshoptimizer REQUIRED)
+# apps/ alone
+if(PANOPTIC_APPS)
+  find_package(CLI11 REQUIRED)
+endif()
+if(PANOPTIC_VIEWER)
+  # The headers must see the options that the library was built with, which only its pkg-config file tells.
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(CppHttplib REQUIRED IMPORTED_TARGET cpp-httplib)
+  find_package(meshoptimizer REQUIRED)
+endif()
 find_package(OnnxRuntime)
 if(NOT OnnxRuntime_FOUND)
   message(STATUS "ONNX Runtime not found: networks run on OpenCV DNN alone (slower). scripts/setup fetches it, or set OnnxRuntime_ROOT.")

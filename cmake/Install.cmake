@@ -1,16 +1,27 @@
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# `cmake --install build/release --prefix X`: the program, the headers, the static libraries, the configurations, and
-# find_package(panoptic) -> panoptic::panoptic. The install can be moved as a whole.
+# `cmake --install build/release --prefix X`: the program, the public headers, the static libraries, the configurations,
+# and find_package(panoptic COMPONENTS core simulation evaluation). The install can be moved as a whole.
 include(CMakePackageConfigHelpers)
 
 set(_package ${CMAKE_INSTALL_LIBDIR}/cmake/panoptic)
-set(_layers base data map fusion io predict sim eval session benchmark)
-list(TRANSFORM _layers PREPEND panoptic_)
-install(TARGETS ${_layers} panoptic_all EXPORT panopticTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(EXPORT panopticTargets NAMESPACE panoptic:: DESTINATION ${_package})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/panoptic/ DESTINATION include/panoptic FILES_MATCHING PATTERN "*.h")
+set(_targets_core core base data map io predict fusion crf objects meshing mapfile analysis mapping)
+set(_targets_simulation simulation sim)
+set(_targets_evaluation evaluation eval benchmark)
+set(PANOPTIC_COMPONENTS core evaluation)
+if(PANOPTIC_SIM)
+  set(PANOPTIC_COMPONENTS core simulation evaluation)  # what needs another one comes after it
+  set(PANOPTIC_EVALUATION_NEEDS simulation)            # the benchmark's homes
+else()
+  list(REMOVE_ITEM _targets_evaluation benchmark)
+endif()
+foreach(_component ${PANOPTIC_COMPONENTS})
+  list(TRANSFORM _targets_${_component} PREPEND panoptic_)
+  install(TARGETS ${_targets_${_component}} EXPORT panoptic_${_component} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(EXPORT panoptic_${_component} NAMESPACE panoptic:: DESTINATION ${_package})
+endforeach()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/panoptic DESTINATION include)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/panoptic)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 if(TARGET panoptic)

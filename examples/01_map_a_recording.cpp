@@ -6,6 +6,7 @@
 // The options name the label set and the networks: `labels = "indoor"`, `[networks]`, `semantic = "....toml"`, `instance =
 // "....toml"`.
 #include <panoptic/panoptic.h>
+#include <panoptic/simulation.h>
 
 #include <cstdio>
 
@@ -14,12 +15,14 @@ int main(int argc, char** argv) try {
   const auto options = panoptic::load_options(argv[1]);
   const auto dataset = panoptic::open_dataset(argv[2]);
   const auto predictor = panoptic::make_predictor(options);
-  panoptic::Session session(options, panoptic::labels_of(options, predictor.get()));
+  panoptic::Mapper mapper(options, panoptic::labels_of(options, predictor.get()));
   for (const panoptic::Frame& frame : *dataset) {
-    session.add(frame, predictor ? predictor->predict(frame) : panoptic::Segmentation{});
+    const auto segmentation = predictor ? predictor->predict(frame) : panoptic::Segmentation{};
+    const panoptic::Outcome outcome = mapper.add(frame, segmentation);
+    if (!outcome.used) std::fprintf(stderr, "frame %lld: %s\n", static_cast<long long>(frame.index), outcome.reason.c_str());
   }
-  session.finish();
-  panoptic::write_glb(argv[3], session.mesh(), session.map().labels);
+  mapper.finish();
+  panoptic::write_glb(argv[3], mapper.mesh(), mapper.map().labels);
   return 0;
 } catch (const panoptic::Error& error) {
   std::fprintf(stderr, "%s\n", error.what());

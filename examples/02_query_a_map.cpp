@@ -3,7 +3,9 @@
 //
 // Asks a map file that `panoptic run --map` wrote where things are.
 //   02_query_a_map MAP CLASS
-#include <panoptic/panoptic.h>
+#include <panoptic/error.h>
+#include <panoptic/map_file.h>
+#include <panoptic/query.h>
 
 #include <cstdio>
 

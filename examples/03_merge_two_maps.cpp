@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What changed from one map file to another of the same place, and both as one.
+// Tells what changed from one map file to another of the same place, and makes one map of both.
 //   03_merge_two_maps BEFORE AFTER MERGED
-#include <panoptic/panoptic.h>
+#include <panoptic/error.h>
+#include <panoptic/map_pairs.h>
 
 #include <cstdio>
 

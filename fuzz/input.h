@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the targets share: taking an input apart, files to put it into, and telling a refusal from a fault.
+// Shared by the targets: taking an input apart, files to put it into, and telling a refusal from a fault.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "fuzz/targets.h"
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic::fuzz {
 

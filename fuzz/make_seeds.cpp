@@ -8,14 +8,17 @@
 
 #include "fuzz/input.h"
 #include "fuzz/small_map.h"
+#include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
-#include "panoptic/io/mesh_io.h"
 #include "panoptic/io/scannet_scan.h"
 #include "panoptic/io/sens_writer.h"
-#include "panoptic/map/block_codec.h"
+#include "panoptic/map/option_fields.h"
+#include "panoptic/mapfile/block_codec.h"
+#include "panoptic/outputs.h"
 #include "panoptic/predict/prediction_io.h"
+#include "panoptic/profile.h"
 
 namespace panoptic::fuzz {
 namespace {

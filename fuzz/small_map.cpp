@@ -4,6 +4,9 @@
 
 #include <string>
 
+#include "panoptic/mapfile/compression.h"
+#include "panoptic/mapfile/map_writer.h"
+
 namespace panoptic::fuzz {
 
 namespace {

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "panoptic/map/map_file.h"
+#include "panoptic/map_file.h"
 
 namespace panoptic::fuzz {
 

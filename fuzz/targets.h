@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is fuzzed: one function per kind of input. Each takes any bytes and returns; a panoptic::Error of one line is a good end,
-// everything else that goes wrong ends the process. docs/reliability.md tells what each reads.
+// The fuzz targets: one function per kind of input. Each takes any bytes and returns; a panoptic::Error of one line is a good
+// end, everything else that goes wrong ends the process. docs/reliability.md tells what each reads.
 #pragma once
 
 #include <cstdint>

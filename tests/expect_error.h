@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What an action complains about: EXPECT_THAT(error_of([&] { read_file(path); }), HasSubstr("cannot read")).
+// The complaint of an action: EXPECT_THAT(error_of([&] { read_file(path); }), HasSubstr("cannot read")).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <functional>
 #include <string>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic::test {
 

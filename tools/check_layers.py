@@ -1,30 +1,88 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fails if a folder of panoptic/ includes one that panoptic/LAYERS does not allow it. Usage: check_layers.py [ROOT]"""
+"""Fails if a folder of panoptic/ or a header of include/panoptic/ includes what panoptic/LAYERS does not allow it.
+
+Usage: check_layers.py [ROOT]"""
 import pathlib
 import re
 import sys
 
-root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent)
-lines = [line for line in (root / "panoptic/LAYERS").read_text().splitlines() if line and not line.startswith("#")]
-allowed = {name.strip(): set(below.split()) for name, below in (line.split(":") for line in lines)}
-errors = []
-for path in sorted((root / "panoptic").glob("*/*")):
-    folder = path.parent.name
-    if path.suffix not in (".h", ".cpp"):
-        continue
-    if folder not in allowed:
-        errors.append(f"{path}: the folder '{folder}' is not in panoptic/LAYERS")
-        continue
+UMBRELLA = "panoptic.h"  # includes public headers of every folder, and nobody in panoptic/ includes it
+
+
+class Layers:
+    def __init__(self, text):
+        self.allowed = {}  # folder -> folders below it
+        self.public = {}  # public header -> its folder
+        for line in text.splitlines():
+            name, colon, names = line.partition(":")
+            if not colon or line.startswith("#"):
+                continue
+            if name.startswith("include "):
+                self.public.update(dict.fromkeys(names.split(), name.split()[1]))
+            else:
+                self.allowed[name.strip()] = set(names.split())
+
+    def may_see(self, folder, other):
+        return other == folder or other in self.allowed[folder]
+
+    def folder_of(self, included):
+        """The folder of panoptic/<folder>/<file> or panoptic/<public header>; nothing for anything else."""
+        parts = included.split("/")
+        if parts[0] != "panoptic" or len(parts) not in (2, 3):
+            return None
+        return self.public.get(parts[1]) if len(parts) == 2 else parts[1]
+
+
+def includes(path):
+    """Number and name of what is included of ours, or in quotes."""
     for number, line in enumerate(path.read_text().splitlines(), 1):
         include = re.match(r'\s*#\s*include\s*["<]([^">]+)[">]', line)
-        if not include or ('"' not in line and not include[1].startswith("panoptic/")):
+        if include and ('"' in line or include[1].startswith("panoptic/")):
+            yield number, include[1]
+
+
+def internal_errors(root, layers):
+    for path in sorted((root / "panoptic").glob("*/*")):
+        folder = path.parent.name
+        if path.suffix not in (".h", ".cpp"):
             continue
-        parts = include[1].split("/")
-        if parts[0] != "panoptic" or len(parts) != 3:
-            errors.append(f'{path}:{number}: write "panoptic/<folder>/<file>", not "{include[1]}"')
-        elif parts[1] != folder and parts[1] not in allowed[folder]:
-            errors.append(f"{path}:{number}: '{folder}' may not include '{parts[1]}' (panoptic/LAYERS)")
-print("\n".join(errors) or f"layers: {len(allowed)} folders, no findings", file=sys.stderr if errors else sys.stdout)
-sys.exit(1 if errors else 0)
+        if folder not in layers.allowed:
+            yield f"{path}: the folder '{folder}' is not in panoptic/LAYERS"
+            continue
+        for number, included in includes(path):
+            other = layers.folder_of(included)
+            if other is None:
+                yield f'{path}:{number}: write "panoptic/<folder>/<file>" or "panoptic/<public header>", not "{included}"'
+            elif not layers.may_see(folder, other):
+                yield f"{path}:{number}: '{folder}' may not include '{other}' (panoptic/LAYERS)"
+
+
+def public_errors(root, layers):
+    headers = {path.name: path for path in sorted((root / "include/panoptic").glob("*.h")) if path.name != UMBRELLA}
+    for name in layers.public.keys() - headers.keys():
+        yield f"panoptic/LAYERS: there is no include/panoptic/{name}"
+    for name, path in headers.items():
+        folder = layers.public.get(name)
+        if folder not in layers.allowed:
+            yield f"{path}: the header is not in panoptic/LAYERS"
+            continue
+        for number, included in includes(path):
+            if included.count("/") != 1 or layers.folder_of(included) is None:
+                yield f"{path}:{number}: a public header may not include '{included}'"
+            elif not layers.may_see(folder, layers.folder_of(included)):
+                yield f"{path}:{number}: '{folder}' may not include '{layers.folder_of(included)}' (panoptic/LAYERS)"
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent)
+    layers = Layers((root / "panoptic/LAYERS").read_text())
+    errors = [*internal_errors(root, layers), *public_errors(root, layers)]
+    print("\n".join(errors) or f"layers: {len(layers.allowed)} folders, {len(layers.public)} public headers, no findings",
+          file=sys.stderr if errors else sys.stdout)
+    return 1 if errors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What neither clang-format nor clang-tidy looks at: licence lines, file lengths, paths of somebody's machine, names.
+"""Checks what neither clang-format nor clang-tidy looks at: licence lines, file lengths, paths of somebody's machine, names, and
+how comments begin.
 
 Usage: check_style.py [FILE...]    default: every file that git tracks or would add
 """
@@ -23,6 +24,9 @@ FORBIDDEN = [
     (re.compile(r"[ \t]+$"), "white space at the end of the line"),
     (re.compile(r"\t"), "a tab"),
 ]
+COMMENTED = {".h", ".cpp", ".mjs", ".js"}
+NO_SUBJECT = re.compile(r"\s*// (Of|As|What)\b")
+IN_COMMENT = re.compile(r"\s*// (?!SPDX)")
 
 
 def is_source(path, text):
@@ -48,6 +52,18 @@ def findings(path):
         for pattern, what in FORBIDDEN:
             if pattern.search(line) and not (path.suffix == ".md" and what.startswith("white")):
                 yield number, what
+
+
+def comments_without_subject(path):
+    """Comments that begin with Of, As or What: a comment is a sentence with a subject, or a noun phrase."""
+    if path.suffix not in COMMENTED:
+        return
+    before = ""
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        begins = NO_SUBJECT.match(line)
+        if begins and not IN_COMMENT.match(before):
+            yield number, f"a comment that begins with '{begins[1]}': give it a subject"
+        before = line
 
 
 def doubled_types(paths):
@@ -84,7 +100,7 @@ def main():
         if path.name in UNCHECKED or path == pathlib.Path(__file__) or not path.is_file():
             continue
         checked += 1
-        for number, what in findings(path):
+        for number, what in [*findings(path), *comments_without_subject(path)]:
             wrong += 1
             print(f"{path}:{number}: {what}", file=sys.stderr)
     if wrong == 0:

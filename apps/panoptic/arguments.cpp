@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/panoptic/arguments.h"
+#include "panoptic/base/config.h"
+#include "panoptic/base/version.h"
+#include "panoptic/mapping/option_fields.h"
 
 #include <fmt/format.h>
 
@@ -198,7 +201,7 @@ Arguments parse_arguments(int argc, char** argv) {
   Arguments a;
   CLI::App app("PanopticFusion: posed RGB-D frames in, a 3D map that knows what everything is and which one it is out.",
                "panoptic");
-  app.set_version_flag("--version", fmt::format("panoptic {}", PANOPTIC_VERSION));
+  app.set_version_flag("--version", fmt::format("panoptic {}", version()));
   app.footer(kFooter);
   app.require_subcommand(1);
   add_run(*app.add_subcommand("run", "map a recording"), a);
@@ -231,7 +234,7 @@ Options options_from(const Arguments& a) {
   }
   Options options = preset_options(a.preset.empty() ? kDefaultPreset : a.preset);
   if (!a.config.empty()) read_toml_file(a.config, fields(options));
-  // What makes the labels is one choice: a flag for one way wins over the other way in the file.
+  // The source of labels is one choice: a flag for one way wins over the other way in the file.
   if (!a.predictions.empty()) {
     options.networks.semantic.clear();
     options.networks.instance.clear();

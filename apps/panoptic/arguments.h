@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/error.h"
-#include "panoptic/session/options.h"
+#include "panoptic/error.h"
+#include "panoptic/options.h"
 
 namespace panoptic {
 
 // Exit codes that scripts may rely on.
 enum ExitCode : int { kDone = 0, kWorldIsWrong = 1, kWrongUsage = 2, kInterrupted = 130 };
 
-// Thrown for what the caller typed, as opposed to what the world holds.
+// A mistake in the command line, as opposed to something wrong in the world.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -84,9 +84,9 @@ struct Arguments {
 // Prints help or the version when asked. Throws UsageError.
 Arguments parse_arguments(int argc, char** argv);
 
-// The preset, then --config, then --set, then the flags of their own; --predictions on the one side, --semantic and --instance on
-// the other, also win over what the file says about the other side. Throws UsageError for --set and for flags that exclude
-// each other, Error for the preset and the file.
+// Options from the preset, then --config, then --set, then the flags of their own; --predictions on the one side, --semantic
+// and --instance on the other, also win over what the file says about the other side. Throws UsageError for --set and for flags
+// that exclude each other, Error for the preset and the file.
 Options options_from(const Arguments& arguments);
 
 }  // namespace panoptic

@@ -10,9 +10,9 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/base/profile.h"
 #include "panoptic/benchmark/report.h"
+#include "panoptic/parallel.h"
+#include "panoptic/profile.h"
 
 namespace panoptic {
 namespace {
@@ -40,7 +40,7 @@ int benchmark(const Arguments& arguments) {
   fmt::print("{} homes under {} settings\n", study.experiment.homes.size(), study.experiment.settings.size());
   std::fflush(stdout);
   const Stopwatch stopwatch;
-  std::vector<Outcome> outcomes;
+  std::vector<SettingResult> outcomes;
   {
     std::optional<Progress> progress;
     outcomes = run(study.experiment, [&](std::size_t done, std::size_t total) {

@@ -23,20 +23,17 @@ int map_regularize(const Arguments& arguments);
 int map_merge(const Arguments& arguments);
 int map_diff(const Arguments& arguments);
 
-// A map file; what its older format lacks is told in a line on stderr.
+// Loads a map file; what its older format lacks is told in a line on stderr.
 struct SavedMap;
 SavedMap load_map_and_tell(const std::string& path);
-// "note: ..." on stderr, if there is anything to say.
+// Writes "note: ..." on stderr, if there is anything to say.
 void tell_note(const std::string& note);
 
-// What to say where std::bad_alloc ends.
-constexpr const char* kOutOfMemory = "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";
-
-// --frames, or everything. Throws UsageError.
+// The range of --frames, or everything. Throws UsageError.
 struct FrameRange;
 FrameRange frame_range_from(const Arguments& arguments);
 
-// --bind, --port and --token.
+// The options --bind, --port and --token.
 struct ViewerOptions;
 ViewerOptions viewer_options_from(const Arguments& arguments);
 

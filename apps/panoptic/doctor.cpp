@@ -8,9 +8,9 @@
 #include <cstdio>
 
 #include "apps/panoptic/commands.h"
-#include "panoptic/base/error.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/session/open_dataset.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
+#include "panoptic/simulation.h"
 
 namespace panoptic {
 

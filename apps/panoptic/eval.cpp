@@ -11,12 +11,12 @@
 #include "apps/panoptic/map_result.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
-#include "panoptic/base/parallel.h"
 #include "panoptic/eval/evaluation.h"
 #include "panoptic/eval/run_folder.h"
 #include "panoptic/eval/scores_text.h"
 #include "panoptic/eval/submission.h"
 #include "panoptic/io/scannet_scan.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {
@@ -56,7 +56,7 @@ void evaluate_scene(const Arguments& a, const std::string& scene, Evaluation& ev
   }
 }
 
-// As the benchmark does: the scenes that were predicted count. Others are worth a word.
+// Tells of scenes without a prediction: as in the benchmark, only predicted scenes count.
 void warn_of_missing_scenes(const Arguments& a, const std::vector<std::string>& scenes) {
   std::size_t missing = 0;
   for (const fs::path name : names_in_folder(a.truth)) {

@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "apps/panoptic/commands.h"
+#include "apps/panoptic/evidence_sheet.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/session/evidence_sheet.h"
 
 namespace panoptic {
 

@@ -11,6 +11,8 @@
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
+#include "panoptic/mapping/mapping_run.h"
+#include "panoptic/mapping/option_fields.h"
 
 namespace {
 
@@ -41,7 +43,7 @@ int failed(const std::string& what) {
   return panoptic::kWorldIsWrong;
 }
 
-// What was printed may be all that the user wanted.
+// Fails if standard output could not be written: it may be all that the user wanted.
 int close_output(int code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
   return failed("the standard output could not be written: free space where it goes");

@@ -12,19 +12,21 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "apps/panoptic/commands.h"
+#include "panoptic/base/config.h"
 #include "panoptic/base/json.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/base/profile.h"
-#include "panoptic/io/glb.h"
-#include "panoptic/io/mesh_io.h"
-#include "panoptic/map/map_file.h"
-#include "panoptic/session/checkpoint.h"
-#include "panoptic/session/map_query.h"
-#include "panoptic/session/session_notes.h"
+#include "panoptic/map_file.h"
+#include "panoptic/mapfile/run_notes.h"
+#include "panoptic/mapping/checkpoint.h"
+#include "panoptic/mapping/option_fields.h"
+#include "panoptic/mapping/regularize_file.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/outputs.h"
+#include "panoptic/parallel.h"
+#include "panoptic/profile.h"
+#include "panoptic/query.h"
 
 namespace panoptic {
 namespace {
@@ -190,37 +192,6 @@ std::string info_text(const Json& j) {
   return text;
 }
 
-// In the format of today, in the place of the file that it was loaded from.
-void save_anew(const std::string& path, MapLock lock, const SavedMap& saved, const LabelSet& labels, MapUpdate update) {
-  update.frames = load_frames(path);
-  update.notes.texts.insert(saved.notes.texts.begin(), saved.notes.texts.end());
-  update.notes.states.insert(saved.notes.states.begin(), saved.notes.states.end());
-  update.notes.texts[kFromFormatNote] = std::to_string(saved.format);
-  replace_map(std::move(lock), path, {saved.options, labels}, update);
-}
-
-// The right to write a map file: of an older format it is saved anew.
-using MapOwner = std::variant<MapLock, MapFileWriter>;
-
-// What changed after that epoch goes into the file; the session has taken the saved map over. Returns how many blocks changed.
-std::size_t write_changes(const std::string& path, const SavedMap& saved, MapOwner& owner, const Session& session,
-                          std::uint64_t before) {
-  MapUpdate update = whole_map(session.map());
-  update.notes = notes_of(session.state());
-  const auto is_unchanged = [&](const BlockCopy& block) { return block.changed_at <= before; };
-  const auto unchanged = static_cast<std::size_t>(std::count_if(update.blocks.begin(), update.blocks.end(), is_unchanged));
-  const std::size_t changed = update.blocks.size() - unchanged;
-  if (MapLock* lock = std::get_if<MapLock>(&owner)) {
-    save_anew(path, std::move(*lock), saved, session.map().labels, std::move(update));
-    return changed;
-  }
-  std::erase_if(update.blocks, is_unchanged);
-  MapFileWriter& writer = std::get<MapFileWriter>(owner);
-  writer.write(update, true);
-  writer.close();
-  return changed;
-}
-
 }  // namespace
 
 SavedMap load_map_and_tell(const std::string& path) {
@@ -273,29 +244,17 @@ int map_query(const Arguments& a) {
 
 int map_regularize(const Arguments& a) {
   set_thread_count(a.threads);
-  MapOwner owner = MapLock(a.map);
-  SavedMap saved = load_map_and_tell(a.map);
-  Options options = options_of(saved);
   for (const std::string& setting : a.settings) {
     try {
+      Options options;
       set_field(fields(options), setting);
     } catch (const Error& e) {
       throw UsageError(e.what());
     }
   }
-  options.regularizer.enabled = true;
-  if (saved.format == kMapFormat) owner = MapFileWriter::open(a.map, std::get<MapLock>(std::move(owner)), saved);
-  SessionState state = session_state(saved, load_frames(a.map));
-  state.regularizer.handled.clear();  // all of it, from what the frames voted for
-  const std::uint64_t before = saved.map.voxels.epoch();
-  Session session(options, saved.map.labels);
-  session.restore(std::move(saved.map), std::move(state));
-  if (saved.format != kMapFormat) session.forget_votes_without_voxels();  // they may be of objects that are no more
-  session.regularize();
-  if (is_complete(saved)) session.forget_votes_without_voxels();
-  const std::size_t changed = write_changes(a.map, saved, owner, session, before);
-  fmt::print("{} of {} blocks have other labels now, {} objects\n", changed, session.map().voxels.block_count(),
-             session.map().objects.count());
+  const RegularizedFile file = regularize_map_file(a.map, a.settings);
+  tell_note(file.note);
+  fmt::print("{} of {} blocks have other labels now, {} objects\n", file.changed, file.blocks, file.objects);
   return kDone;
 }
 

@@ -12,13 +12,12 @@
 #include "apps/panoptic/commands.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/fusion/mesher.h"
 #include "panoptic/io/draw_text.h"
 #include "panoptic/io/views.h"
-#include "panoptic/session/checkpoint.h"
-#include "panoptic/session/map_diff.h"
-#include "panoptic/session/map_merging.h"
+#include "panoptic/map_pairs.h"
+#include "panoptic/mapping/checkpoint.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

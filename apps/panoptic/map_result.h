@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A map file in place of the folder of a run: as what eval scores and as what view shows.
+// A map file in place of the folder of a run, for eval to score and view to show.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace panoptic {
 
-// A file, as opposed to a folder. What is not there counts as a folder.
+// True for a file, as opposed to a folder. An absent one counts as a folder.
 bool is_map_file(const std::string& path);
 
 // Both throw Error if the file is no sound map. `warnings` hear of a map that is not complete and of classes that NYU40 does not

@@ -4,12 +4,12 @@
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
 #include "panoptic/predict/prediction_io.h"
-#include "panoptic/session/open_dataset.h"
-#include "panoptic/session/session.h"
+#include "panoptic/predictor.h"
+#include "panoptic/simulation.h"
 
 namespace panoptic {
 
@@ -33,7 +33,7 @@ int predict(const Arguments& arguments) {
     FrameStream stream(*dataset, range);
     Progress progress("frames", range.count(dataset->size()));
     for (auto read = stream.next(); read && !interrupted(); read = stream.next()) {
-      if (read->frame && !why_unusable(*read->frame)) {
+      if (read->frame && check(*read->frame).used) {
         writer.write(read->frame->index, predictor->predict(*read->frame));
         written++;
       } else {

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is told on stderr: progress of long work (a bar on a terminal, a line now and then elsewhere), warnings, failures.
+// Messages on stderr: progress of long work (a bar on a terminal, a line now and then elsewhere), warnings, failures.
 #pragma once
 
 #include <cstddef>
 #include <string>
 
-#include "panoptic/base/profile.h"
+#include "panoptic/profile.h"
 
 namespace panoptic {
 
@@ -31,7 +31,7 @@ class Progress {
   Stopwatch since_start_;
 };
 
-// Text for a person, on stderr. If stderr takes no more there is nobody to tell, and the work goes on.
+// Writes text for a person on stderr. If stderr takes no more there is nobody to tell, and the work goes on.
 void tell(const std::string& text);
 
 // True once Ctrl-C was pressed (after watch_for_interrupt); a second Ctrl-C ends the process at once.

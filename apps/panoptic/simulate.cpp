@@ -7,9 +7,11 @@
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
-#include "panoptic/base/error.h"
+#include "panoptic/base/config.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
+#include "panoptic/profile.h"
 #include "panoptic/sim/contact_sheet.h"
 #include "panoptic/sim/export.h"
 #include "panoptic/sim/ground_truth.h"
@@ -49,7 +51,7 @@ void print_home(const Simulation& simulation) {
   std::fflush(stdout);
 }
 
-// As far as the disk tells: the scan is whole, and the number is only for the eye.
+// The size of the files, as far as the disk tells: the scan is whole, and the number is only for the eye.
 std::uintmax_t bytes_below(const std::filesystem::path& folder) {
   std::uintmax_t bytes = 0;
   std::error_code error;

@@ -16,7 +16,7 @@ struct WebAsset {
   std::string_view gzipped;  // the same compressed; empty where it is not worth it
 };
 
-// Empty if the page was not built.
+// All files of the page; empty if the page was not built.
 std::span<const WebAsset> web_assets();
 
 }  // namespace panoptic

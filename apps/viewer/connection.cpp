@@ -13,6 +13,8 @@
 #include <array>
 #include <cerrno>
 
+#include "panoptic/base/config.h"
+
 namespace panoptic {
 namespace {
 

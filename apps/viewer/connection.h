@@ -19,8 +19,8 @@ struct ConnectionLimits {
   std::chrono::milliseconds write{10000};  // for each piece of an answer
 };
 
-// What was read of a request: nothing (status 0: the browser left or was silent), a complete head that may be parsed (200), or
-// why the request is refused.
+// The result of reading a request: nothing (status 0: the browser left or was silent), a complete head that may be parsed
+// (200), or why the request is refused.
 struct RequestHead {
   int status = 0;
   std::string text;  // up to and including the empty line; headers that the server has no use for are left out
@@ -42,7 +42,7 @@ class Connection {
   // Sends all of it within the limit; false if the browser is gone or too slow.
   bool write(std::string_view bytes) const;
 
-  // Has the browser closed its side?
+  // True if the browser has closed its side.
   bool is_left() const;
 
   // Says goodbye so that the browser can still read the last answer: ends our side, then waits a moment for the other's end.
@@ -59,7 +59,7 @@ class Connection {
   std::string unread_;  // received, but not yet taken as a head
 };
 
-// What the server has to say about a request that never got to it: status line, headers and a sentence.
+// The answer to a request that is refused before the server sees it: status line, headers and a sentence.
 std::string refusal(int status);
 
 // Checks a complete head (request line, headers, empty line) and strips it to what the server uses. Pure.

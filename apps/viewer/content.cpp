@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "apps/viewer/messages.h"
-#include "panoptic/io/glb.h"
+#include "panoptic/outputs.h"
 
 namespace panoptic {
 namespace {

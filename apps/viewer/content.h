@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the viewer answers to which path, without the network: a fixed table of names, no file system behind it.
+// The viewer's answer to each path, without the network: a fixed table of names, no file system behind it.
 #pragma once
 
 #include <atomic>
@@ -15,7 +15,7 @@
 #include "apps/viewer/encode.h"
 #include "apps/viewer/maker.h"
 #include "apps/viewer/pictures.h"
-#include "panoptic/session/snapshot.h"
+#include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
 
@@ -26,7 +26,7 @@ struct Answer {
   std::string download_name;  // a file to be saved, not shown; empty = none
 };
 
-// What stands behind the "?" of an address.
+// The part of an address behind the "?".
 using Query = std::multimap<std::string, std::string>;
 
 inline constexpr std::size_t kMaxChunksAsked = 64;
@@ -40,7 +40,7 @@ class ViewerContent {
   // Answers are made one after the other on a thread of its own.
   Answer answer(const std::string& path, const Query& query);
 
-  // What the event stream says of a snapshot.
+  // The event of a snapshot for the event stream.
   std::string event(const Snapshot& snapshot) const;
   const LatestSnapshot& latest() const { return latest_; }
 

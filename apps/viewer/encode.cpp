@@ -11,12 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "panoptic/map/block_key.h"
+
 namespace panoptic {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "messages are copied from memory");
 
-// As docs/viewer_protocol.md draws it.
+// A vertex as docs/viewer_protocol.md draws it.
 struct WireVertex {
   std::array<std::uint16_t, 3> position;
   std::uint16_t id;  // which of the chunk's ids

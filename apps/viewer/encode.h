@@ -27,8 +27,8 @@ std::string encode_chunk(const SnapshotSurface& surface, std::size_t chunk, floa
 // The message: "PFC2", the number of chunks, the chunks.
 std::string join_chunks(std::span<const std::shared_ptr<const std::string>> chunks);
 
-// Keeps what was encoded, so that several browsers cost one encoding; at most one thread encodes at a time. Bounded: what was
-// not asked for the longest goes first. Thread-safe.
+// Keeps encoded chunks, so that several browsers cost one encoding; at most one thread encodes at a time. Bounded: the chunk
+// that nobody asked for the longest goes first. Thread-safe.
 class ChunkCache {
  public:
   ChunkCache(float block_size_m, std::size_t max_bytes) : block_size_m_(block_size_m), max_bytes_(max_bytes) {}

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One thread that makes what others need, in turn.
+// One thread that makes answers for the others, in turn.
 #pragma once
 
 #include <condition_variable>
@@ -32,7 +32,7 @@ class Maker {
   Maker(const Maker&) = delete;
   Maker& operator=(const Maker&) = delete;
 
-  // What the task returns or throws, once it was its turn. Thread-safe; not from within a task.
+  // Runs the task when its turn comes; returns or throws what the task does. Thread-safe; not from within a task.
   template <typename Task>
   auto make(Task task) {
     auto job = std::make_shared<std::packaged_task<decltype(task())()>>(std::move(task));

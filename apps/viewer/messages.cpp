@@ -14,7 +14,7 @@ namespace {
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-// To a tenth of a millimetre: floats as JSON writes them in full are three times as long.
+// Rounds to a tenth of a millimetre: floats as JSON writes them in full are three times as long.
 double rounded(double value) { return std::round(value * 1e4) / 1e4; }
 
 Json to_json(const Vec3f& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }

@@ -16,10 +16,10 @@ inline constexpr int kViewerProtocol = 2;
 inline constexpr std::size_t kMaxPathSent = 2000;
 
 std::string scene_message(const SnapshotScene& scene, const std::string& run);
-// Chunks newer than `since` only.
+// The message `state`, with chunks newer than `since` only.
 std::string state_message(const SnapshotSurface& surface, std::uint64_t since);
 std::string objects_message(const Snapshot& snapshot, const LabelSet& labels);
-// What the event `state` says.
+// The text of the event `state`.
 std::string event_message(const Snapshot& snapshot, const std::string& run);
 
 }  // namespace panoptic

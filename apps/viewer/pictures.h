@@ -8,11 +8,11 @@
 #include <mutex>
 #include <string>
 
-#include "panoptic/session/snapshot.h"
+#include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
 
-// Thread-safe. Every function: the file's bytes, or null where the snapshot has no such picture.
+// Thread-safe. Every function returns the file's bytes, or null where the snapshot has no such picture.
 class FramePictures {
  public:
   std::shared_ptr<const std::string> frame_jpeg(const SnapshotFrame& frame);

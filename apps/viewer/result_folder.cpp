@@ -16,9 +16,11 @@
 #include <utility>
 
 #include "panoptic/base/files.h"
-#include "panoptic/io/mesh_io.h"
-#include "panoptic/map/voxel_block.h"
-#include "panoptic/predict/json_value.h"
+#include "panoptic/base/json_value.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/outputs.h"
+#include "panoptic/profile.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 namespace {
@@ -146,7 +148,7 @@ std::optional<BlockIndex> block_of(const std::array<Vec3d, 3>& corners, double v
                     static_cast<std::int32_t>(block.z())};
 }
 
-// Of a vertex that is already smooth: inside its block, so that nobody looks for others on the same edge.
+// The chunk's form of a vertex that is already smooth: inside its block, so that nobody looks for others on the same edge.
 ChunkVertex chunk_vertex(const MeshVertex& v) {
   ChunkVertex vertex{};
   vertex.position = v.position;

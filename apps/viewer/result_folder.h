@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A finished result (docs/outputs.md) as what viewers look at.
+// Opens a finished result (docs/outputs.md) as a snapshot for viewers.
 #pragma once
 
 #include <filesystem>
 #include <memory>
 
-#include "panoptic/data/mesh.h"
-#include "panoptic/session/snapshot.h"
+#include "panoptic/mapping/snapshot.h"
+#include "panoptic/mesh.h"
 
 namespace panoptic {
 

@@ -146,7 +146,7 @@ void say(httplib::Response& response, int status, const std::string& sentence) {
   response.set_content(sentence + "\n", "text/plain; charset=utf-8");
 }
 
-// In pieces, so that a browser that takes them slowly but steadily is not dropped.
+// Sends bytes in pieces, so that a browser that takes them slowly but steadily is not dropped.
 void send_bytes(httplib::Response& response, std::string_view bytes, const std::string& type, std::shared_ptr<const void> owner) {
   if (bytes.empty()) return response.set_content("", type);
   response.set_content_provider(

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "panoptic/session/snapshot.h"
+#include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
 

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "panoptic/map/voxel_block.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 namespace {
@@ -80,7 +81,7 @@ std::vector<Vec3f> SnapshotSurface::normals(std::size_t chunk) const {
       sums[i] = vertices[i].area_normal;
     }
   }
-  // In the same order from whichever of the chunks: equal sums, bit for bit.
+  // Sums run in the same order from whichever of the chunks, so that they are equal bit for bit.
   for (int n = 0; n < kNeighbourhood && !border.empty(); ++n) {
     const BlockIndex index = neighbour(own.index, n);
     const std::size_t found = find(index);

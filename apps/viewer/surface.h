@@ -10,8 +10,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "panoptic/data/mesh.h"
-#include "panoptic/session/snapshot.h"
+#include "panoptic/mapping/snapshot.h"
+#include "panoptic/mesh.h"
 
 namespace panoptic {
 
@@ -25,7 +25,7 @@ class SnapshotSurface {
   static constexpr std::size_t kNoChunk = ~std::size_t{0};
   std::size_t find(BlockIndex index) const;  // its place in snapshot().chunks, or kNoChunk
 
-  // The version of what a viewer sees of a chunk. Normals at its border depend on the chunks around, so this is the newest of its
+  // The version of a chunk as a viewer sees it. Normals at its border depend on the chunks around, so this is the newest of its
   // own version and of theirs.
   std::uint64_t version(std::size_t chunk) const { return versions_[chunk]; }
 

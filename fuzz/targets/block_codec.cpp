@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/map/block_codec.h"
+#include "panoptic/mapfile/block_codec.h"
 
 #include <cstring>
 #include <memory>

@@ -18,7 +18,7 @@ void read(const std::filesystem::path& json, const std::optional<LabelSet>& labe
     succeeds([&, number = frame] {
       const Segmentation segmentation = read_coco_frame(coco, number);
       const Image<std::uint16_t>& image = segmentation.segment_at;
-      require(why_unusable(segmentation, image.width(), image.height()) == nullptr, "what was read can be used");
+      require(check(segmentation, image.width(), image.height()).used, "what was read can be used");
     });
   }
 }

@@ -55,7 +55,7 @@ const LatestSnapshot& latest() {
   return *kLatest;
 }
 
-// What takes requests apart before the library sees them, and what decides on access.
+// Fuzzes the code that takes requests apart before the library sees them, and the code that decides on access.
 void heads(std::string_view text) {
   constexpr std::size_t kMostHeaders = 64;
   const RequestHead head = checked_head(text, kMostHeaders);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/map/map_file.h"
+#include "panoptic/map_file.h"
 
 #include "fuzz/input.h"
 

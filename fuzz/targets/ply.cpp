@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/input.h"
-#include "panoptic/io/mesh_io.h"
 #include "panoptic/io/scan_ply.h"
+#include "panoptic/outputs.h"
 
 namespace panoptic::fuzz {
 namespace {

@@ -14,7 +14,7 @@ void predictions(Input input) {
   succeeds([&] {
     const PredictionFolder folder = open_predictions(kScratch.path());
     const Segmentation segmentation = read_prediction(folder, 0);
-    require(why_unusable(segmentation, folder.width, folder.height) == nullptr, "what was read can be used");
+    require(check(segmentation, folder.width, folder.height).used, "what was read can be used");
   });
 }
 

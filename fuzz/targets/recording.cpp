@@ -6,7 +6,7 @@
 
 #include "fuzz/input.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/source.h"
 
 namespace panoptic::fuzz {
 namespace {

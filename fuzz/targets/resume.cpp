@@ -4,11 +4,12 @@
 
 #include "fuzz/input.h"
 #include "fuzz/small_map.h"
-#include "panoptic/session/session_notes.h"
+#include "panoptic/mapfile/compression.h"
+#include "panoptic/mapfile/run_notes.h"
 
 namespace panoptic::fuzz {
 
-// What a run keeps in its map file to go on from there: the counters, then three states.
+// Fuzzes the data that a run keeps in its map file to go on from there: the counters, then three states.
 void resume(Input input) {
   static const Scratch kScratch("resume");
   static SavedMap saved = [] {
@@ -21,12 +22,12 @@ void resume(Input input) {
   for (std::size_t i = 0; i < std::size(kNames); ++i) {
     saved.notes.states[kNames[i]] = i + 1 < parts.size() ? Bytes(parts[i + 1].begin(), parts[i + 1].end()) : Bytes();
   }
-  std::optional<SessionState> state;
-  if (!succeeds([&] { state = session_state(saved, {}); })) return;
+  std::optional<SavedState> state;
+  if (!succeeds([&] { state = saved_state(saved); })) return;
   const MapNotes written = notes_of(*state);
   for (const auto& [name, text] : written.texts) saved.notes.texts[name] = text;
   for (const auto& [name, bytes] : written.states) saved.notes.states[name] = bytes;
-  require(succeeds([&] { state = session_state(saved, {}); }), "a state that was written can be read");
+  require(succeeds([&] { state = saved_state(saved); }), "a state that was written can be read");
   const MapNotes again = notes_of(*state);
   require(again.texts == written.texts && again.states == written.states, "a state survives writing and reading");
 }

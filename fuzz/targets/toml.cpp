@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/input.h"
-#include "panoptic/data/labels.h"
+#include "panoptic/base/config.h"
 #include "panoptic/io/calibration.h"
+#include "panoptic/labels.h"
+#include "panoptic/mapping/option_fields.h"
+#include "panoptic/options.h"
 #include "panoptic/predict/model.h"
-#include "panoptic/session/options.h"
 
 namespace panoptic::fuzz {
 namespace {

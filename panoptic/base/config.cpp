@@ -10,8 +10,8 @@
 #include <iterator>
 #include <type_traits>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {
@@ -233,6 +233,15 @@ std::string allowed_text(const Allowed& allowed) {
   return "";
 }
 
+toml::table parsed(std::string_view text, std::string_view source_name) {
+  if (nests_too_deep(text)) throw Error(fmt::format("{}: keys are nested deeper than {} tables", source_name, kMaxDots));
+  try {
+    return toml::parse(text, source_name);
+  } catch (const toml::parse_error& e) {
+    throw Error(fmt::format("{}:{}: not valid TOML: {}", source_name, e.source().begin.line, e.description()));
+  }
+}
+
 }  // namespace
 
 void append_group(Fields& fields, std::string_view group, Fields nested) {
@@ -243,14 +252,11 @@ void append_group(Fields& fields, std::string_view group, Fields nested) {
 }
 
 void read_toml_text(std::string_view text, std::string_view source_name, const Fields& fields) {
-  if (nests_too_deep(text)) throw Error(fmt::format("{}: keys are nested deeper than {} tables", source_name, kMaxDots));
-  toml::table table;
-  try {
-    table = toml::parse(text, source_name);
-  } catch (const toml::parse_error& e) {
-    throw Error(fmt::format("{}:{}: not valid TOML: {}", source_name, e.source().begin.line, e.description()));
-  }
-  Reader(source_name).table(table, fields);
+  Reader(source_name).table(parsed(text, source_name), fields);
+}
+
+std::optional<double> number_in_toml(std::string_view text, std::string_view source_name, std::string_view key) {
+  return parsed(text, source_name).at_path(key).value<double>();
 }
 
 void read_toml_file(const std::filesystem::path& path, const Fields& fields) {

@@ -24,7 +24,7 @@ namespace panoptic {
 struct Field;
 using Fields = std::vector<Field>;
 
-// For an array of tables ([[class]]): called once per table, appends an element and returns its fields.
+// Reads an array of tables ([[class]]): called once per table, appends an element and returns its fields.
 using AppendTable = std::function<Fields()>;
 
 struct Allowed {
@@ -55,8 +55,10 @@ void append_group(Fields& fields, std::string_view group, Fields nested);
 // Reads into the fields; keys that the file lacks keep their value. Throws Error as described above.
 void read_toml_file(const std::filesystem::path& path, const Fields& fields);
 void read_toml_text(std::string_view text, std::string_view source_name, const Fields& fields);
+// The number at a dotted key, if there is one, whatever else the text holds. Throws Error: not TOML.
+std::optional<double> number_in_toml(std::string_view text, std::string_view source_name, std::string_view key);
 
-// "tracker.iou_threshold=0.3" (a bare word is taken as a string). Throws Error.
+// Sets one field from "tracker.iou_threshold=0.3" (a bare word is taken as a string). Throws Error.
 void set_field(const Fields& fields, std::string_view assignment);
 
 // TOML text that read_toml_text takes back to the same values. Arrays of tables are not written.

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 
@@ -63,8 +63,8 @@ void rename_file(const std::filesystem::path& from, const std::filesystem::path&
 // Creates the folder and its parents and proves that files can be written there. Throws FileError otherwise.
 void require_writable_folder(const std::filesystem::path& folder);
 
-// Whether there is anything of this name (be it a link to nowhere), a regular file, a folder (or a link to one). Throw FileError
-// where that cannot be told: what the disk fails to show must not be taken for absent.
+// True if there is anything of this name (be it a link to nowhere), a regular file, a folder (or a link to one). Throw
+// FileError where that cannot be told: a file that the disk fails to show must not be taken for absent.
 bool is_there(const std::filesystem::path& path);
 bool is_file(const std::filesystem::path& path);
 bool is_folder(const std::filesystem::path& path);

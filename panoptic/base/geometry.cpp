@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 
 #include <Eigen/SVD>
 

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 
@@ -25,14 +25,14 @@ struct EncodedImage {
   std::string_view name;  // for the error text
 };
 
-// The file is damaged: what the codec says of it.
+// Throws Error: the file is damaged, with what the codec says of it.
 [[noreturn]] void refuse_damaged(const EncodedImage& file, std::string_view reason);
-// It is sound, but of a kind that is not read; not one channel of 16 or 8 bits; not one of floats.
+// Throw Error: the file is sound, but of a kind that is not read; not one channel of 16 or 8 bits; not one channel of floats.
 [[noreturn]] void refuse_kind(const EncodedImage& file, std::string_view kind);
 [[noreturn]] void refuse_channels(const EncodedImage& file, int channels, int bits);
 [[noreturn]] void refuse_no_floats(const EncodedImage& file);
 
-// Room for the pixels, unless they are too many: what a codec says of the size is checked again.
+// Makes room for the pixels. Throws Error if they are too many: the size that a codec states is checked again.
 template <typename T>
 Image<T> image_for(const EncodedImage& file, std::uint64_t width, std::uint64_t height) {
   const bool fits = width > 0 && height > 0 && width <= kMaxImagePixels && height <= kMaxImagePixels / width;
@@ -66,7 +66,7 @@ struct PixelRows {
   int bits = 8;  // of a channel: 8 or 16
 };
 
-// Both give no bytes if there are no pixels or the codec fails.
+// Both return no bytes if there are no pixels or the codec fails.
 std::vector<std::uint8_t> png_from_rows(const PixelRows& rows);
 std::vector<std::uint8_t> jpeg_from_rows(const PixelRows& rgb, int quality);
 

@@ -54,8 +54,8 @@ bool acceptable_png(Bytes bytes, std::size_t max_pixels) {
   return could_hold(bytes.size(), width * height, bytes[24] * kChannels.at(kind), kDeflateRatio);
 }
 
-// Of the picture's data and what follows: the end must be there, and no more scans than any encoder writes, since each scan of
-// a few bytes has the whole picture gone through again.
+// True if the picture's data has an end and no more scans than any encoder writes: a scan of a few bytes makes the decoder go
+// through the whole picture again.
 bool acceptable_scans(Bytes scans) {
   constexpr std::uint8_t kScan = 0xDA;
   constexpr std::uint8_t kEnd = 0xD9;

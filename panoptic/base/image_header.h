@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What can be told of an image file before a codec sees it.
+// Checks of an image file before a codec sees it.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace panoptic {
 
 enum class ImageFormat : std::uint8_t { kPng, kJpeg, kTiff, kPnm, kOther };
 
-// By the first bytes; kPnm is PGM or PPM, as text or as bytes.
+// The format by the first bytes; kPnm is PGM or PPM, as text or as bytes.
 ImageFormat image_format(std::span<const std::uint8_t> bytes);
 
 // True for a PNG, JPEG, PGM, PPM or TIFF file by its first bytes whose header tells of at most max_pixels, and of no more than

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_codecs.h"
 #include "panoptic/base/image_header.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 

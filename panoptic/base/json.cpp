@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

@@ -18,14 +18,14 @@ using Json = nlohmann::ordered_json;
 // more than one for each of 999 classes.
 inline constexpr std::size_t kMostJsonMembers = 4096;
 
-// Nothing if the text is not JSON, or an object in it has more members than that.
+// Parses the text; nothing if it is not JSON, or an object in it has more members than that.
 std::optional<Json> json_in(std::string_view text);
 
-// Throws Error with the file's name and the place if the text is not JSON, an object in it has more members than that, or the
-// file is larger than max_bytes.
+// Reads a file. Throws Error with the file's name and the place if the text is not JSON, an object in it has more members than
+// that, or the file is larger than max_bytes.
 Json read_json_file(const std::filesystem::path& path, std::uintmax_t max_bytes = 64U << 20);
 
-// Written as write_file writes: whole or not at all.
+// Writes a file whole or not at all, as write_file does.
 void write_json_file(const std::filesystem::path& path, const Json& json);
 
 }  // namespace panoptic

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/io/draw_text.h"
 
 namespace panoptic {

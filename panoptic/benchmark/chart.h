@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 

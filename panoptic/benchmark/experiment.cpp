@@ -2,15 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/benchmark/experiment.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <memory>
 #include <utility>
 
 #include "panoptic/base/config.h"
+#include "panoptic/error.h"
 #include "panoptic/eval/run_folder.h"
-#include "panoptic/session/outputs.h"
-#include "panoptic/session/session.h"
+#include "panoptic/mapper.h"
+#include "panoptic/mapping/option_fields.h"
+#include "panoptic/mapping/outputs.h"
+#include "panoptic/profile.h"
 #include "panoptic/sim/ground_truth.h"
 #include "panoptic/sim/prediction_noise.h"
 
@@ -30,23 +35,21 @@ Options options_of(const Setting& setting) {
 // One setting's map of one home while it grows.
 struct Mapping {
   const Setting& setting;
-  std::unique_ptr<Session> session;  // one of the two
-  std::unique_ptr<SubstituteSession> substitute;
+  std::unique_ptr<Mapper> mapper;  // one of the two
+  std::unique_ptr<SubstituteMapper> substitute;
 
   Mapping(const Setting& of, const LabelSet& labels) : setting(of) {
     if (of.substitutes) {
-      substitute = std::make_unique<SubstituteSession>(options_of(of), labels, *of.substitutes);
+      substitute = std::make_unique<SubstituteMapper>(options_of(of), labels, *of.substitutes);
     } else {
-      session = std::make_unique<Session>(options_of(of), labels);
+      mapper = std::make_unique<Mapper>(options_of(of), labels);
     }
   }
 
   void add(const SimulatedFrame& frame, const Segmentation& segmentation) const {
-    if (session) {
-      session->add(frame.frame, segmentation);
-    } else {
-      substitute->add(frame.frame, segmentation, frame.rendering.instance);
-    }
+    const Outcome outcome =
+        mapper ? mapper->add(frame.frame, segmentation) : substitute->add(frame.frame, segmentation, frame.rendering.instance);
+    if (!outcome.used) throw Error(fmt::format("simulated frame {} was refused: {}", frame.frame.index, outcome.reason));
   }
 };
 
@@ -73,18 +76,18 @@ struct Totals {
 };
 
 void finish(const Mapping& mapping, const ScanTruth& truth, Totals& totals) {
-  if (mapping.session) mapping.session->finish();
+  if (mapping.mapper) mapping.mapper->finish();
   LabelledMap map;
-  map.mesh = mapping.session ? mapping.session->mesh() : mapping.substitute->mesh();
-  const PanopticMap& mapped = mapping.session ? mapping.session->map() : mapping.substitute->map();
+  map.mesh = mapping.mapper ? mapping.mapper->mesh() : mapping.substitute->mesh();
+  const PanopticMap& mapped = mapping.mapper ? mapping.mapper->map() : mapping.substitute->map();
   map.labels = mapped.labels;
   map.voxel_size_m = static_cast<double>(mapped.voxels.voxel_size_m());
   map.confidence = confidences(mapped.objects, map.mesh);
   totals.objects += map.confidence.size();
   totals.map_mb = std::max(totals.map_mb, static_cast<double>(mapped.voxels.memory_bytes()) / 1e6);
   totals.evaluation.add(map, truth);
-  if (!mapping.session) return;
-  const auto& stages = mapping.session->profile().stages();
+  if (!mapping.mapper) return;
+  const auto& stages = mapping.mapper->profile().stages();
   if (const auto stage = stages.find("fusion"); stage != stages.end()) totals.fusion_p50_ms += stage->second.percentile_ms(0.5);
   if (const auto stage = stages.find("regularize"); stage != stages.end()) totals.regularize_ms += stage->second.mean_ms();
 }
@@ -167,7 +170,7 @@ bool make_pass(const SimulationOptions& home, const std::vector<std::size_t>& ba
 
 }  // namespace
 
-std::vector<Outcome> run(const Experiment& experiment, const std::function<bool(std::size_t, std::size_t)>& progress) {
+std::vector<SettingResult> run(const Experiment& experiment, const std::function<bool(std::size_t, std::size_t)>& progress) {
   for (const Setting& setting : experiment.settings) {  // mistakes show before hours are spent
     options_of(setting);
     sensor_noise_preset(setting.noise);
@@ -183,7 +186,7 @@ std::vector<Outcome> run(const Experiment& experiment, const std::function<bool(
     }
   }
   const double homes = static_cast<double>(std::max<std::size_t>(experiment.homes.size(), 1));
-  std::vector<Outcome> outcomes;
+  std::vector<SettingResult> outcomes;
   for (std::size_t i = 0; i < course.totals.size(); ++i) {
     const Totals& t = course.totals[i];
     outcomes.push_back({experiment.settings[i], t.evaluation.scores(), t.fusion_p50_ms / homes, t.regularize_ms / homes, t.map_mb,

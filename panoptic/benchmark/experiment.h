@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/benchmark/substitute_session.h"
+#include "panoptic/benchmark/substitutes.h"
 #include "panoptic/eval/evaluation.h"
-#include "panoptic/session/options.h"
+#include "panoptic/options.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {
@@ -31,8 +31,8 @@ struct Experiment {
   std::vector<Setting> settings;
 };
 
-// What a setting gave over all homes.
-struct Outcome {
+// The result of a setting over all homes.
+struct SettingResult {
   Setting setting;
   Scores scores;
   double fusion_p50_ms = 0;     // mean over the homes; 0 with substitutes
@@ -42,9 +42,9 @@ struct Outcome {
   std::size_t true_things = 0;  // things with 100 vertices or more in all truths together
 };
 
-// Outcomes in the order of the settings. A few settings at a time share the simulation of a home's frames. `progress` hears
-// the frames mapped so far and of how many; if it returns false the experiment stops and what is returned is empty.
-// Throws Error (unknown preset or option, package missing).
-std::vector<Outcome> run(const Experiment& experiment, const std::function<bool(std::size_t, std::size_t)>& progress);
+// Outcomes in the order of the settings. A few settings at a time share the simulation of a home's frames. `progress` hears the
+// frames mapped so far and of how many; if it returns false the experiment stops and the result is empty. Throws Error (unknown
+// preset or option, package missing).
+std::vector<SettingResult> run(const Experiment& experiment, const std::function<bool(std::size_t, std::size_t)>& progress);
 
 }  // namespace panoptic

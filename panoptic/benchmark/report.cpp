@@ -9,18 +9,19 @@
 #include <limits>
 #include <optional>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/benchmark/chart.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {
 
 constexpr double kPercent = 100;
 
-const Outcome& outcome_of(std::span<const Outcome> outcomes, const std::string& name) {
-  const auto found = std::ranges::find(outcomes, name, [](const Outcome& o) -> const std::string& { return o.setting.name; });
+const SettingResult& outcome_of(std::span<const SettingResult> outcomes, const std::string& name) {
+  const auto found =
+      std::ranges::find(outcomes, name, [](const SettingResult& o) -> const std::string& { return o.setting.name; });
   PANOPTIC_ASSERT(found != outcomes.end());
   return *found;
 }
@@ -33,11 +34,13 @@ double value(const std::optional<double>& fraction) {
   return fraction ? *fraction * kPercent : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::optional<double> miou(const Outcome& o) { return o.scores.semantic ? o.scores.semantic->miou : std::nullopt; }
-std::optional<double> ap50(const Outcome& o) { return o.scores.instance ? o.scores.instance->mean.ap50 : std::nullopt; }
-std::optional<double> f_score(const Outcome& o) { return o.scores.surface ? o.scores.surface->at.front().f_score : std::nullopt; }
+std::optional<double> miou(const SettingResult& o) { return o.scores.semantic ? o.scores.semantic->miou : std::nullopt; }
+std::optional<double> ap50(const SettingResult& o) { return o.scores.instance ? o.scores.instance->mean.ap50 : std::nullopt; }
+std::optional<double> f_score(const SettingResult& o) {
+  return o.scores.surface ? o.scores.surface->at.front().f_score : std::nullopt;
+}
 
-std::string row(const Outcome& o) {
+std::string row(const SettingResult& o) {
   const PanopticScores& pq = o.scores.panoptic.front();
   return fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {:.1f} | {:.0f} | {:.0f} | {} |\n", o.setting.name,
                      percent(pq.all.pq), percent(pq.things.pq), percent(pq.stuff.pq), percent(pq.all.sq), percent(pq.all.rq),
@@ -51,7 +54,7 @@ std::string file_name(const std::string& title) {
   return name + ".png";
 }
 
-Chart chart_of(const Group& group, std::span<const Outcome> outcomes) {
+Chart chart_of(const Group& group, std::span<const SettingResult> outcomes) {
   Chart chart{
       .kind = group.chart, .title = group.title, .x_axis = "", .y_axis = "percent", .categories = group.settings, .series = {}};
   chart.series = {{"PQ", {}}, {"PQ things", {}}, {"PQ stuff", {}}, {"mIoU", {}}};
@@ -63,7 +66,7 @@ Chart chart_of(const Group& group, std::span<const Outcome> outcomes) {
     chart.series = {{"PQ", {}}, {"mIoU", {}}, {time, {}}};
   }
   for (const std::string& name : group.settings) {
-    const Outcome& o = outcome_of(outcomes, name);
+    const SettingResult& o = outcome_of(outcomes, name);
     const PanopticScores& pq = o.scores.panoptic.front();
     std::vector<double> values{value(pq.all.pq), value(pq.things.pq), value(pq.stuff.pq), value(miou(o))};
     if (group.measure == Measure::kPqAndTime) {
@@ -99,7 +102,7 @@ Json three(const PanopticScores& scores, std::optional<double> PqScores::*member
 
 }  // namespace
 
-std::string markdown(const Study& study, std::span<const Outcome> outcomes) {
+std::string markdown(const Study& study, std::span<const SettingResult> outcomes) {
   std::string text = "# Benchmark on simulated homes\n\n";
   const std::size_t things = outcomes.empty() ? 0 : outcomes.front().true_things;
   text += fmt::format(
@@ -114,13 +117,13 @@ std::string markdown(const Study& study, std::span<const Outcome> outcomes) {
     text += fmt::format("\n![{}]({})\n", group.title, file_name(group.title));
   }
   text += "\n## Settings\n\n";
-  for (const Outcome& o : outcomes) text += setting_text(o.setting);
+  for (const SettingResult& o : outcomes) text += setting_text(o.setting);
   return text;
 }
 
-Json to_json(const Study& study, std::span<const Outcome> outcomes) {
+Json to_json(const Study& study, std::span<const SettingResult> outcomes) {
   Json settings = Json::object();
-  for (const Outcome& o : outcomes) {
+  for (const SettingResult& o : outcomes) {
     const PanopticScores& pq = o.scores.panoptic.front();
     settings[o.setting.name] = {{"noise", o.setting.noise},
                                 {"predictions", o.setting.predictions},
@@ -144,13 +147,13 @@ Json to_json(const Study& study, std::span<const Outcome> outcomes) {
   return {{"homes", homes_text(study)}, {"settings", std::move(settings)}, {"groups", std::move(groups)}};
 }
 
-void write_report(const std::filesystem::path& folder, const Study& study, std::span<const Outcome> outcomes) {
+void write_report(const std::filesystem::path& folder, const Study& study, std::span<const SettingResult> outcomes) {
   for (const Group& group : study.groups) write_png(folder / file_name(group.title), draw(chart_of(group, outcomes)));
   write_file(folder / "report.md", markdown(study, outcomes));
   write_json_file(folder / "report.json", to_json(study, outcomes));
 }
 
-std::vector<std::string> below(std::span<const Floor> floors, std::span<const Outcome> outcomes) {
+std::vector<std::string> below(std::span<const Floor> floors, std::span<const SettingResult> outcomes) {
   std::vector<std::string> result;
   const auto check = [&](const Floor& floor, const char* what, std::optional<double> score, double least) {
     if (score.value_or(0) < least) {
@@ -158,7 +161,7 @@ std::vector<std::string> below(std::span<const Floor> floors, std::span<const Ou
     }
   };
   for (const Floor& floor : floors) {
-    const Outcome& o = outcome_of(outcomes, floor.setting);
+    const SettingResult& o = outcome_of(outcomes, floor.setting);
     check(floor, "PQ", o.scores.panoptic.front().all.pq, floor.pq);
     check(floor, "mIoU", miou(o), floor.miou);
   }

@@ -16,13 +16,13 @@
 namespace panoptic {
 
 // A table per group; scores in percent.
-std::string markdown(const Study& study, std::span<const Outcome> outcomes);
+std::string markdown(const Study& study, std::span<const SettingResult> outcomes);
 
 // Per setting: pq, sq, rq (each {all, things, stuff}), miou, ap, ap50, ap25, f_score, coverage as fractions, times, memory.
-Json to_json(const Study& study, std::span<const Outcome> outcomes);
+Json to_json(const Study& study, std::span<const SettingResult> outcomes);
 
 // Writes report.md, report.json and a PNG per group into the folder. Throws Error.
-void write_report(const std::filesystem::path& folder, const Study& study, std::span<const Outcome> outcomes);
+void write_report(const std::filesystem::path& folder, const Study& study, std::span<const SettingResult> outcomes);
 
 // A floor under a score, so that a change that costs accuracy is noticed.
 struct Floor {
@@ -31,7 +31,7 @@ struct Floor {
   double miou = 0;
 };
 
-// What fell through its floor, a line each; empty = all is well. REQUIRES every floor's setting among the outcomes.
-std::vector<std::string> below(std::span<const Floor> floors, std::span<const Outcome> outcomes);
+// Scores below their floors, a line each; empty = all is well. REQUIRES every floor's setting among the outcomes.
+std::vector<std::string> below(std::span<const Floor> floors, std::span<const SettingResult> outcomes);
 
 }  // namespace panoptic

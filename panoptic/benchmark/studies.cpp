@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {
@@ -31,7 +31,7 @@ Setting bare(Setting setting) {
   return without_crf(std::move(setting));
 }
 
-Setting submaps_of(const std::string& name, int blocks) {
+Setting tiles_of(const std::string& name, int blocks) {
   return {.name = name, .set = {"regularizer.max_blocks=" + std::to_string(blocks)}};
 }
 
@@ -98,17 +98,17 @@ void add_regularizer(Study& study) {
        .settings = {"no regularizer", "default", "paper's CRF", "oracle, no regularizer", "oracle", "oracle, paper's CRF"}});
 }
 
-void add_submaps(Study& study) {
+void add_tiles(Study& study) {
   auto& settings = study.experiment.settings;
-  settings.push_back(submaps_of("5 blocks", 5));
-  settings.push_back(submaps_of("10 blocks", 10));
-  settings.push_back(submaps_of("50 blocks", 50));
-  settings.push_back(submaps_of("100 blocks", 100));
-  settings.push_back(submaps_of("whole map", 0));
+  settings.push_back(tiles_of("5 blocks", 5));
+  settings.push_back(tiles_of("10 blocks", 10));
+  settings.push_back(tiles_of("50 blocks", 50));
+  settings.push_back(tiles_of("100 blocks", 100));
+  settings.push_back(tiles_of("whole map", 0));
   study.groups.push_back({.title = "Map division",
                           .question =
                               "The paper's figure: scores and time of a run of the regularizer against the largest number of "
-                              "blocks in a submap. Default: 25 blocks.",
+                              "blocks in a tile. Default: 25 blocks.",
                           .chart = ChartKind::kLines,
                           .measure = Measure::kPqAndTime,
                           .settings = {"5 blocks", "10 blocks", "default", "50 blocks", "100 blocks", "whole map"}});
@@ -146,7 +146,7 @@ Study full_study() {
   add_rules(study);
   add_error_budget(study);
   add_regularizer(study);
-  add_submaps(study);
+  add_tiles(study);
   add_geometry(study);
   return study;
 }

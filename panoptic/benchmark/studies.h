@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which questions the benchmark asks: homes, settings, and groups of settings that answer one question each.
+// The questions of the benchmark: homes, settings, and groups of settings that answer one question each.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace panoptic {
 
-// What a chart of a group shows besides the table.
+// The measure that the chart of a group shows.
 enum class Measure : std::uint8_t { kPq, kPqAndTime };
 
 struct Group {

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "panoptic/map/block_index.h"
+#include "panoptic/map/block_key.h"
 #include "panoptic/map/voxel_grid.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 namespace {

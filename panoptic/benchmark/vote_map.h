@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every vote for every label at the surface, without limit: what the single label slot of a voxel is compared with.
+// Every vote for every label at the surface, without limit, to compare the single label of a voxel with.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
 #include "panoptic/fusion/registration.h"
 
 namespace panoptic {
@@ -21,7 +21,7 @@ class VoteMap {
  public:
   explicit VoteMap(float voxel_size_m) : voxel_size_m_(voxel_size_m) {}
 
-  // One vote per depth pixel, at the voxel that holds its point; `labels` as LabelTracker::assign returns them.
+  // Adds one vote per depth pixel, at the voxel that holds its point; `labels` as LabelTracker::assign returns them.
   void add(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels);
 
   // The label with the most votes (ties: the lower id) in the voxel of the point, else in its 26 neighbours together.

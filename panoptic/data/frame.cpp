@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,21 +25,25 @@ bool sees_too_much(const Camera& camera) {
 
 }  // namespace
 
-std::optional<std::string> why_unusable(const Frame& frame) {
-  if (!is_finite(frame.world_from_camera)) return "pose is not finite";
-  if (!is_rigid(frame.world_from_camera)) return "pose is not a rigid transform";
-  if (!valid_camera(frame.depth_camera)) return "depth camera has no valid intrinsics";
-  if (!valid_camera(frame.color_camera)) return "colour camera has no valid intrinsics";
-  if (sees_too_much(frame.depth_camera)) return "depth camera would see more than 150 degrees; are its intrinsics in pixels?";
-  if (sees_too_much(frame.color_camera)) return "colour camera would see more than 150 degrees; are its intrinsics in pixels?";
-  if (frame.depth.empty()) return "depth image is missing";
-  if (frame.color.empty()) return "colour image is missing";
-  if (!frame.depth.same_size(frame.depth_camera.width, frame.depth_camera.height)) return "depth image has the wrong size";
-  if (!frame.color.same_size(frame.color_camera.width, frame.color_camera.height)) return "colour image has the wrong size";
-  if (!is_rigid(frame.color_from_depth)) return "colour camera pose is not a rigid transform";
+Outcome check(const Frame& frame) {
+  if (!is_finite(frame.world_from_camera)) return Outcome::refused("pose is not finite");
+  if (!is_rigid(frame.world_from_camera)) return Outcome::refused("pose is not a rigid transform");
+  if (!valid_camera(frame.depth_camera)) return Outcome::refused("depth camera has no valid intrinsics");
+  if (!valid_camera(frame.color_camera)) return Outcome::refused("colour camera has no valid intrinsics");
+  if (sees_too_much(frame.depth_camera))
+    return Outcome::refused("depth camera would see more than 150 degrees; are its intrinsics in pixels?");
+  if (sees_too_much(frame.color_camera))
+    return Outcome::refused("colour camera would see more than 150 degrees; are its intrinsics in pixels?");
+  if (frame.depth.empty()) return Outcome::refused("depth image is missing");
+  if (frame.color.empty()) return Outcome::refused("colour image is missing");
+  if (!frame.depth.same_size(frame.depth_camera.width, frame.depth_camera.height))
+    return Outcome::refused("depth image has the wrong size");
+  if (!frame.color.same_size(frame.color_camera.width, frame.color_camera.height))
+    return Outcome::refused("colour image has the wrong size");
+  if (!is_rigid(frame.color_from_depth)) return Outcome::refused("colour camera pose is not a rigid transform");
   const auto pixels = frame.depth.pixels();
   const bool any = std::any_of(pixels.begin(), pixels.end(), [](float z) { return z > 0 && std::isfinite(z); });
-  return any ? std::nullopt : std::optional<std::string>("depth image has no reading");
+  return any ? Outcome{} : Outcome::refused("depth image has no reading");
 }
 
 }  // namespace panoptic

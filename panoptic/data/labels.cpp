@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <cmath>
 
 #include "panoptic/base/config.h"
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/data/builtin_labels.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
-#include "panoptic/data/labels.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
+#include "panoptic/labels.h"
 
 namespace panoptic {
 

@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/data/segmentation.h"
+#include "panoptic/segmentation.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "panoptic/base/config.h"
 
 namespace panoptic {
 namespace {
@@ -46,14 +48,6 @@ std::vector<std::size_t> front_to_back(const std::vector<Instance>& instances, b
 
 }  // namespace
 
-Fields fields(SegmentationOptions& o) {
-  return {{"keep_whole_classes",
-           &o.keep_whole_classes,
-           "things that only the semantic network sees keep their class, without an id of their own; false: they are unknown",
-           {}},
-          {"smaller_in_front", &o.smaller_in_front, "where masks overlap, the smaller is in front; false: the higher score", {}}};
-}
-
 Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels,
                   const SegmentationOptions& options) {
   Segmentation result{Image<std::uint16_t>(semantic.width(), semantic.height()), {}};
@@ -78,20 +72,20 @@ Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& i
   return result;
 }
 
-const char* why_unusable(const Segmentation& segmentation, int width, int height) {
-  if (segmentation.segment_at.empty()) return nullptr;
-  if (!segmentation.segment_at.same_size(width, height)) return "segmentation and colour image differ in size";
+Outcome check(const Segmentation& segmentation, int width, int height) {
+  if (segmentation.segment_at.empty()) return {};
+  if (!segmentation.segment_at.same_size(width, height)) return Outcome::refused("segmentation and colour image differ in size");
   const auto pixels = segmentation.segment_at.pixels();
   const auto highest = std::max_element(pixels.begin(), pixels.end());
-  if (*highest > segmentation.segments.size()) return "segmentation names a segment that does not exist";
+  if (*highest > segmentation.segments.size()) return Outcome::refused("segmentation names a segment that does not exist");
   const auto sound = [](float value) { return std::isfinite(value) && value >= 0; };
   for (const Segment& segment : segmentation.segments) {
     const auto& probabilities = segment.class_probabilities;
     const bool all_sound = sound(segment.score) && std::all_of(probabilities.begin(), probabilities.end(),
                                                                [&](const ClassProbability& p) { return sound(p.probability); });
-    if (!all_sound) return "segmentation has a score or probability that is negative or not finite";
+    if (!all_sound) return Outcome::refused("segmentation has a score or probability that is negative or not finite");
   }
-  return nullptr;
+  return {};
 }
 
 }  // namespace panoptic

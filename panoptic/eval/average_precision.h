@@ -10,7 +10,7 @@
 
 namespace panoptic {
 
-// What was found of one class at one threshold over all scenes.
+// The findings of one class at one threshold over all scenes.
 struct RankedMatches {
   std::vector<double> trues;   // confidence of every match
   std::vector<double> falses;  // confidence of every false prediction

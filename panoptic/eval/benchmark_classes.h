@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 
 namespace panoptic {
 
@@ -20,7 +20,7 @@ struct BenchmarkClass {
 
 constexpr std::size_t kBenchmarkClassCount = 20;
 
-// Ascending by id.
+// The classes, ascending by id.
 const std::array<BenchmarkClass, kBenchmarkClassCount>& benchmark_classes();
 
 // The class's place in that list; nothing for a class that is not among the 20.

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

@@ -24,7 +24,7 @@
 
 namespace panoptic {
 
-// How much of the truth the prediction speaks of.
+// The part of the truth that the prediction reaches and labels.
 struct Coverage {
   std::uint64_t vertices = 0;
   std::uint64_t annotated = 0;  // true class known

@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/eval/average_precision.h"
 
 namespace panoptic {

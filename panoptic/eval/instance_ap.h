@@ -14,7 +14,7 @@
 
 namespace panoptic {
 
-// Nothing where no scene has a true instance of 100 vertices or more.
+// Average precisions; nothing where no scene has a true instance of 100 vertices or more.
 struct ApScores {
   std::optional<double> ap;    // mean over the thresholds .50, .55, ... .90
   std::optional<double> ap50;  // IoU > .50
@@ -35,9 +35,9 @@ constexpr std::size_t kMinRegionVertices = 100;  // smaller instances count neit
 // whatever their label.
 class InstanceAp {
  public:
-  // An instance of the truth is what shares class and instance number, number 0 included, and is of one of the 18 thing classes;
-  // all else is void. Predictions of other classes or with less than 100 vertices are left out. Of several predictions over one
-  // instance the first is its match. REQUIRES mask vertices below the number of labels.
+  // Adds a scene. An instance of the truth is all vertices that share class and instance number, number 0 included, if the
+  // class is one of the 18 things; all else is void. Predictions of other classes or with less than 100 vertices are left out.
+  // If several predictions cover one instance, the first is its match. REQUIRES mask vertices below the number of labels.
   void add(const VertexLabels& truth, const std::vector<InstanceMask>& predictions);
 
   InstanceScores scores() const;

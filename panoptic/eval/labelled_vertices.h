@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Labels for the vertices of a scan, in the terms of the benchmark: what a method predicts, or what is true.
+// Labels for the vertices of a scan, predicted or true, in the terms of the benchmark.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <vector>
 
-#include "panoptic/data/labels.h"
 #include "panoptic/data/scan_truth.h"
+#include "panoptic/labels.h"
 
 namespace panoptic {
 
-// One entry per vertex. A segment is what shares both class and instance.
+// One entry per vertex. A segment is all vertices that share both class and instance.
 struct VertexLabels {
   std::vector<ClassId> class_id;        // NYU40 number; kUnknown = none
   std::vector<std::uint32_t> instance;  // which one; 0 = no identity

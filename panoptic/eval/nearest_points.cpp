@@ -13,7 +13,7 @@ namespace {
 struct Cloud {
   std::vector<Vec3f> points;
 
-  // What nanoflann asks of a data set, in its names.
+  // The functions that nanoflann asks of a data set, in its names.
   std::size_t kdtree_get_point_count() const { return points.size(); }
   float kdtree_get_pt(std::size_t index, std::size_t axis) const { return points[index][static_cast<Eigen::Index>(axis)]; }
   template <typename Box>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The seam to nanoflann: which of many points is the nearest.
+// The seam to nanoflann: finds the nearest of many points.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 
 namespace panoptic {
 
@@ -27,7 +27,7 @@ class NearestPoints {
   NearestPoints(const NearestPoints&) = delete;
   NearestPoints& operator=(const NearestPoints&) = delete;
 
-  // Nothing if there are no points. Of several at the same distance the one with the lowest index.
+  // The nearest point, at the same distance the one with the lowest index; nothing if there are no points.
   std::optional<Found> nearest(const Vec3f& point) const;
 
  private:

@@ -16,7 +16,7 @@
 
 namespace panoptic {
 
-// How the vertices of a scan become segments, and which classes are averaged.
+// Rules for how the vertices of a scan become segments, and which classes are averaged.
 struct PqVariant {
   std::string name;
   std::size_t min_true_thing = 0;       // true things with less vertices become void
@@ -69,9 +69,9 @@ class PanopticQuality {
  public:
   explicit PanopticQuality(std::size_t categories) : counts_(categories) {}
 
-  // One image or scene. Segments match if they are of one category and their IoU, void left out, is above one half. A
-  // prediction that lies to more than half on void or on the crowd of its category is not counted.
-  // REQUIRES equal sizes and categories below the number given.
+  // Adds one image or scene. Segments match if they are of one category and their IoU, void left out, is above one half. A
+  // prediction that lies to more than half on void or on the crowd of its category is not counted. REQUIRES equal sizes and
+  // categories below the number given.
   void add(const PqSegments& truth, const PqSegments& prediction);
 
   std::span<const PqCounts> counts() const { return counts_; }

@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
-#include "panoptic/base/error.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/error.h"
+#include "panoptic/outputs.h"
 
 namespace panoptic {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a run left on disk (docs/outputs.md), as far as an evaluation needs it.
+// Reads the files of a run (docs/outputs.md), as far as an evaluation needs them.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace panoptic {
 
-// object_confidence of every object in an objects.json (or what objects_json of session/outputs.h gives). Throws Error,
+// object_confidence of every object in an objects.json (or in the JSON of objects_json in mapping/outputs.h). Throws Error,
 // beginning with `source`, if it is not as documented.
 std::map<PanopticId, double> object_confidences(const Json& objects, const std::string& source);
 

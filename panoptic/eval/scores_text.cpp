@@ -45,7 +45,7 @@ std::vector<Column> panoptic_columns(const PanopticScores& panoptic) {
   return columns;
 }
 
-// What the benchmark's result file has first.
+// The columns of the scores, the benchmark's own ones first.
 std::vector<Column> columns_of(const Scores& scores) {
   std::vector<Column> columns;
   if (scores.instance) columns = instance_columns(*scores.instance);

@@ -11,14 +11,15 @@
 
 namespace panoptic {
 
-// Keys of what was evaluated: `miou`; `ap`, `ap50`, `ap25`, `class_agnostic`; `pq`, `sq`, `rq` (each {all, things, stuff}),
-// `variant`, `rules`, `pq_variants`; `surface`; `coverage`, `scenes`, `per_class` by class name. Undefined is null.
+// Scores by key, of all that was evaluated: `miou`; `ap`, `ap50`, `ap25`, `class_agnostic`; `pq`, `sq`, `rq` (each {all,
+// things, stuff}), `variant`, `rules`, `pq_variants`; `surface`; `coverage`, `scenes`, `per_class` by class name. Undefined is
+// null.
 Json to_json(const Scores& scores);
 
 // One line per class; undefined is nan. Instance scores alone give the benchmark's own header.
 std::string to_csv(const Scores& scores);
 
-// Per class and means, in percent, with the coverage and the rules of the count.
+// A table of classes and means, in percent, with the coverage and the rules of the count.
 std::string to_table(const Scores& scores);
 
 }  // namespace panoptic

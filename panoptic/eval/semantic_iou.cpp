@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/eval/semantic_iou.h"
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 

@@ -19,7 +19,7 @@ struct ClassIou {
   std::uint64_t fp = 0;
   std::uint64_t fn = 0;
 
-  // Nothing if the class occurs neither in truth nor in predictions; 0 if only in predictions.
+  // The IoU; nothing if the class occurs neither in truth nor in predictions, 0 if only in predictions.
   std::optional<double> iou() const;
 };
 
@@ -30,8 +30,8 @@ struct SemanticScores {
 
 class SemanticIou {
  public:
-  // One label per vertex each. Truth outside the 20 classes is left out; a prediction outside them is a miss of the true class.
-  // REQUIRES spans of equal size.
+  // Adds a scene, one label per vertex each. Truth outside the 20 classes is left out; a prediction outside them is a miss of
+  // the true class. REQUIRES spans of equal size.
   void add(std::span<const ClassId> truth, std::span<const ClassId> prediction);
 
   SemanticScores scores() const;

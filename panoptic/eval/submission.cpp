@@ -15,8 +15,8 @@
 #include <string_view>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/eval/instance_ap.h"
 #include "panoptic/io/scannet_scan.h"
 

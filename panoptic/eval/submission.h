@@ -28,17 +28,17 @@ std::vector<std::string> scenes_in(const std::filesystem::path& folder);
 std::vector<ClassId> read_semantic(const std::filesystem::path& path);
 VertexLabels read_panoptic(const std::filesystem::path& path);
 
-// The masks of <scene>.txt. Of two lines that name one mask file, the later one counts, in the place of the first. Refuses
-// paths that are absolute or leave the folder, and masks that have not one number per vertex.
+// The masks of <scene>.txt. If two lines name one mask file, the later one counts, in the place of the first. Refuses paths
+// that are absolute or leave the folder, and masks that have not one number per vertex.
 std::vector<InstanceMask> read_instances(const std::filesystem::path& folder, const std::string& scene, std::size_t vertices);
 
 // The truth of a scene: <scene>.txt in the folder, in the truth's form, or a ScanNet scan in folder/<scene>.
 VertexLabels read_truth(const std::filesystem::path& folder, const std::string& scene, SubmissionForm form,
                         const std::filesystem::path& category_map = {});
 
-// Adds a scene to folder/{semantic,instance,panoptic}: what the ScanNet server takes, and the panoptic form. Things get new
-// instance numbers from 1 within their class. Masks too small to count are left out. `truth`, the scene's ground truth, goes to
-// folder/truth in the same forms.
+// Adds a scene to folder/{semantic,instance,panoptic}: the files that the ScanNet server takes, and the panoptic form. Things
+// get new instance numbers from 1 within their class. Masks too small to count are left out. `truth`, the scene's ground truth,
+// goes to folder/truth in the same forms.
 void write_submission(const std::filesystem::path& folder, const std::string& scene, const LabelledVertices& prediction,
                       const VertexLabels& truth);
 

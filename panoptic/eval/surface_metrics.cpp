@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "panoptic/base/parallel.h"
 #include "panoptic/eval/nearest_points.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {
@@ -32,7 +32,7 @@ double area_m2(const Surface& surface) {
   return sum;
 }
 
-// In [0, 1), the k-th number of a sequence that fills it evenly (additive recurrence).
+// The k-th number of a sequence that fills [0, 1) evenly (additive recurrence).
 double spread(std::size_t k, double step) {
   const double value = 0.5 + static_cast<double>(k) * step;
   return value - std::floor(value);

@@ -8,9 +8,9 @@
 #include <array>
 #include <limits>
 
-#include "panoptic/base/parallel.h"
 #include "panoptic/eval/nearest_points.h"
 #include "panoptic/io/category_map.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From a map to the vertices of a scan: every vertex of the truth takes the labels of the map's nearest vertex.
+// Carries labels from a map to the vertices of a scan: every vertex of the truth takes the labels of the map's nearest vertex.
 #pragma once
 
 #include <map>
@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/data/labels.h"
-#include "panoptic/data/mesh.h"
 #include "panoptic/eval/labelled_vertices.h"
+#include "panoptic/labels.h"
+#include "panoptic/mesh.h"
 
 namespace panoptic {
 
@@ -33,10 +33,10 @@ std::optional<ClassId> nyu40_of_class_name(std::string_view name);
 // One line for every class of the label set that has no NYU40 counterpart and counts as otherprop (outside the benchmark).
 std::vector<std::string> foreign_classes(const LabelSet& labels);
 
-// How sure the map is of an object: its class probability (Eq. 12), less if it was seen in few frames, p * n / (n + 10).
+// The confidence in an object: its class probability (Eq. 12), less if it was seen in few frames, p * n / (n + 10).
 double object_confidence(double class_probability, double observations);
 
-// The labels of the map at these points. Two map vertices at the same distance: the one with the lower index.
+// The labels of the map at these points. If two map vertices are at the same distance, the one with the lower index counts.
 LabelledVertices carry_labels(const LabelledMap& map, const std::vector<Vec3f>& points);
 
 }  // namespace panoptic

@@ -9,7 +9,9 @@
 #include <cstring>
 
 #include "panoptic/base/clones.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/base/floor.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 
@@ -153,7 +155,7 @@ void collect(const kernels::TouchRow& row, RecentKeys& recent, std::vector<std::
   }
 }
 
-// What is the same for every row of a frame.
+// Values that are the same for every row of a frame.
 struct BandWalk {
   kernels::RowRays rays{};
   std::vector<float> x;       // of the sampled columns, at depth 1

@@ -4,8 +4,8 @@
 // A registered frame together with where it was taken, as the update steps of integration want it.
 #pragma once
 
-#include "panoptic/base/geometry.h"
 #include "panoptic/fusion/integrate_kernels.h"
+#include "panoptic/geometry.h"
 
 namespace panoptic {
 

@@ -14,13 +14,13 @@ namespace panoptic::kernels {
 
 constexpr int kRow = kBlockSide;
 
-// How voxels take it up.
+// The rules by which voxels take up an observation.
 struct RowRules {
   LabelVotes votes;
   float max_weight = 0;
 };
 
-// What 16 voxels are to take up.
+// The observations for 16 voxels.
 struct RowScratch {
   alignas(64) float distance[kRow];
   alignas(64) float weight[kRow];      // of the observation; 0 = none
@@ -72,7 +72,7 @@ struct RowScratch {
   for (int k = 0; k < kRow; ++k) plane[k] = static_cast<std::uint16_t>(label[k]);
 }
 
-// The row of 16 voxels that begins at voxel `first` of the block.
+// Fuses the row of 16 voxels that begins at voxel `first` of the block.
 [[gnu::always_inline]] inline void fuse_row(VoxelBlock& block, std::size_t first, const RowRules& rules, RowScratch& s) {
   fuse_distances(block, first, rules.max_weight, s);
   fuse_channel(block.red.data() + first, 16, s);

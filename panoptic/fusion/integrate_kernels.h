@@ -8,12 +8,13 @@
 #include <cstdint>
 #include <limits>
 
-#include "panoptic/data/labels.h"
-#include "panoptic/map/voxel_block.h"
+#include "panoptic/labels.h"
+#include "panoptic/map/voxel_label.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 
-// How much a label counts, beside the weight of the distance: object ids are those from first_object on.
+// The weight of a vote, beside that of the distance: object ids are those from first_object on.
 struct LabelVotes {
   float object = 1;
   std::uint16_t first_object = 65535;
@@ -34,7 +35,7 @@ struct KernelFrame {
   bool labels_only = false;                                   // label, label weight and sum of votes alone are updated
 };
 
-// The band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.
+// The truncation band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.
 struct Band {
   float truncation_m;
   float drop_off_m;
@@ -62,8 +63,8 @@ inline float fused_weight(float old_weight, float weight, float max_weight) {
 
 // The mean of one colour channel in 8.8 fixed point. 0 means "no colour yet", so black is stored as 1/256. The weight is that
 // of the distance: colour seen for the first time is taken whole, and if depth was seen without colour before, what follows
-// moves it more slowly than a weight of its own would (which would cost a plane). A step of less than one unit is one of one
-// unit: rounded away, a colour that is seen from far could never change what was seen from near.
+// moves it more slowly than a weight of its own would (which would cost a plane). A step of less than one unit is made one
+// unit: if it were rounded away, a colour seen from far could never change one seen from near.
 inline float whole_step(float step) {
   const float up = step > 1.0F ? step : 1.0F;
   const float down = step < -1.0F ? step : -1.0F;
@@ -75,34 +76,6 @@ inline std::int32_t fused_color(std::int32_t old_color, float old_weight, std::i
   const float share = old_color == 0 ? 1.0F : weight / (old_weight + weight);
   const float mean = old + whole_step((target - old) * share) + 0.5F;
   return static_cast<std::int32_t>(mean > 1.0F ? mean : 1.0F);
-}
-
-struct VoxelLabel {
-  std::uint16_t label;
-  float weight;
-};
-
-// Eq. 9-11: agree and gain weight, disagree and lose weight, flip when the observation outweighs the memory.
-inline VoxelLabel fused_label(VoxelLabel old, std::uint16_t label, float weight) {
-  const bool same = old.label == label;
-  const bool flip = !same & (weight > old.weight);
-  const float gain = same ? old.weight + weight : old.weight - weight;
-  return {flip ? label : old.label, flip ? weight - old.weight : gain};
-}
-
-// The label of a voxel with the weights of its votes.
-struct VoxelVotes {
-  VoxelLabel label;
-  float sum;  // W^V
-};
-
-// One more vote, for this label. Beyond the limit all that was voted fades alike, so that what it says stays: W^L / W^V. A label
-// never weighs more than all votes.
-inline VoxelVotes fused_votes(VoxelVotes old, std::uint16_t label, float weight, float max_weight) {
-  const VoxelLabel fused = fused_label(old.label, label, weight);
-  const float sum = old.sum + weight;
-  const float kept = fused.weight * (sum > max_weight ? max_weight / sum : 1.0F);
-  return {{fused.label, kept > max_weight ? max_weight : kept}, sum > max_weight ? max_weight : sum};
 }
 
 // One observation of one voxel. `color` as in RegisteredFrame.
@@ -136,7 +109,7 @@ inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& 
   }
 }
 
-// Where a block lies in the camera frame: the centre of voxel (0, 0, 0), and the steps to the next voxel along each axis.
+// The place of a block in the camera frame: the centre of voxel (0, 0, 0), and the steps to the next voxel along each axis.
 struct BlockInCamera {
   float origin[3];
   float step_x[3];

@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "panoptic/base/parallel.h"
 #include "panoptic/fusion/band_touch.h"
+#include "panoptic/map/block_key.h"
 #include "panoptic/map/voxel_grid.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 Fields fields(IntegratorOptions& o) {
@@ -34,23 +35,24 @@ FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registe
           registered.farthest_m};
 }
 
-std::optional<std::string> Integrator::why_too_large(const Frame& frame, const RegisteredFrame& registered, const VoxelMap& map) {
+Outcome Integrator::check_extent(const Frame& frame, const RegisteredFrame& registered, const VoxelMap& map) {
   constexpr double kBlocksPerSide = 4;  // of a block's side of surface: it lies askew, and the band is thick
-  constexpr double kWidestView = 56;    // area at depth 1, of 150 degrees; see why_unusable
+  constexpr double kWidestView = 56;    // area at depth 1, of 150 degrees; see check(Frame)
   constexpr double kBlocksAnyway = 1000;
   const double range = double{registered.farthest_m + band_.truncation_m} / double{map.block_size_m()};
   const double most = kBlocksPerSide * kWidestView * range * range + kBlocksAnyway;
   // All that lies in view up to there is seldom more, and then there is no need to look.
   const Camera& c = frame.depth_camera;
   const double view = (c.width / c.fx) * (c.height / c.fy);
-  if (view / 3 * std::pow(range + 2, 3) <= most) return std::nullopt;
+  if (view / 3 * std::pow(range + 2, 3) <= most) return {};
   touch_bands(view_of(frame, registered, {}), band_, map.block_size_m(), keys_);
   std::vector<std::uint64_t> touched;
   for (std::vector<std::uint64_t>& keys : keys_) touched.insert(touched.end(), keys.begin(), keys.end());
   std::sort(touched.begin(), touched.end());
   const auto blocks = std::unique(touched.begin(), touched.end()) - touched.begin();
-  if (static_cast<double>(blocks) <= most) return std::nullopt;
-  return "depth would touch more of the map than a surface in view can; are the intrinsics and the depth scale right?";
+  if (static_cast<double>(blocks) <= most) return {};
+  return Outcome::refused(
+      "depth would touch more of the map than a surface in view can; are the intrinsics and the depth scale right?");
 }
 
 void Integrator::integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels,

@@ -1,36 +1,28 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Depth, colour and labels into the voxel map (Eq. 6-11).
+// Integrates depth, colour and labels into the voxel map (Eq. 6-11).
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "panoptic/base/config.h"
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
 #include "panoptic/fusion/frame_view.h"
 #include "panoptic/fusion/ray_kernels.h"
 #include "panoptic/fusion/registration.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/options.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 
-struct IntegratorOptions {
-  // "projective": every voxel near the surface looks up the pixel it projects to. "raycast": every pixel updates the voxels
-  // along its ray, as in the paper. Same weights, same label rule; raycast counts a voxel once per ray through it.
-  std::string method = "projective";
-  // What a pixel of an object adds to its label (Eq. 9-11), where others add 1: detectors miss things in many frames. 1 in the
-  // paper.
-  float object_vote = 4;
-};
 Fields fields(IntegratorOptions& options);
 
-// Three steps without a lock: which blocks does the frame concern (parallel over pixels), allocate them (one thread, in the
+// Three steps without a lock: find the blocks that the frame concerns (parallel over pixels), allocate them (one thread, in the
 // order of their keys), update them (parallel, one block = one task). A block's updates have one fixed order, so the map is the
 // same bit for bit at any thread count.
 class Integrator {
@@ -38,17 +30,18 @@ class Integrator {
   // Panoptic ids from first_object on are objects (LabelSet::first_thing).
   Integrator(const IntegratorOptions& options, const VoxelMap& map, std::uint16_t first_object = 65535);
 
-  // Why a frame should not be integrated: its depth would touch more blocks than a surface in view can. Found out before any
-  // block is allocated, whichever the method.
-  std::optional<std::string> why_too_large(const Frame& frame, const RegisteredFrame& registered, const VoxelMap& map);
+  // Refuses a frame whose depth would touch more blocks than a surface in view can, before any block is allocated, whichever the
+  // method.
+  Outcome check_extent(const Frame& frame, const RegisteredFrame& registered, const VoxelMap& map);
 
-  // `labels` as LabelTracker::assign returns them. Starts a new epoch and marks the blocks it updates. Depth points beyond the
-  // range of block indices (400 km at 2.4 cm) are left out.
+  // Integrates a frame; `labels` as LabelTracker::assign returns them. Starts a new epoch and marks the blocks it updates.
+  // Depth points beyond the range of block indices (400 km at 2.4 cm) are left out.
   void integrate(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels, VoxelMap& map);
 
-  // The labels of a frame whose depth and colour were integrated before, with labels that said nothing: the two calls leave the
-  // same map, bit for bit, as one call with everything. Changes label, label weight and sum of votes alone (Eq. 9-11). Without
-  // that earlier call, labels would have no weight of distance to stand on; blocks that do not exist are left out.
+  // Integrates the labels of a frame whose depth and colour were integrated before, with labels that said nothing: the two
+  // calls leave the same map, bit for bit, as one call with everything. Changes label, label weight and sum of votes alone (Eq.
+  // 9-11). Without that earlier call, labels would have no weight of distance to stand on; blocks that do not exist are left
+  // out.
   void integrate_labels(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels, VoxelMap& map);
 
  private:

@@ -3,13 +3,14 @@
 // The paper's way: every pixel updates the voxels along its ray (section III-D).
 #include <memory>
 
-#include "panoptic/base/parallel.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/ray_fusion.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 
-// For each chunk of rows and each block, the voxels that rays pass through, in the order of the pixels.
+// Collects, for each chunk of rows and each block, the voxels that rays pass through, in the order of the pixels.
 void Integrator::touch_rays(const FrameView& view, const VoxelMap& map) {
   ray_table_.resize(view.index(0, view.pixels.height));
   const RayBand band{band_, map.voxel_size_m()};

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 
 namespace panoptic {
 

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {
@@ -116,7 +116,7 @@ const std::vector<LabelSlot>& LabelTracker::assign(const RegisteredFrame& regist
   return result_;
 }
 
-// Of a value of RegisteredFrame::segment, where the map has an object of a known class.
+// True if a value of RegisteredFrame::segment says less than the map, which has an object of a known class there.
 bool LabelTracker::says_less(std::size_t value, ClassId known, std::span<const Segment> segments) const {
   if (value == 0) return known == ClassId::kUnknown;
   const Segment& segment = segments[value - 1];

@@ -10,35 +10,30 @@
 #include <vector>
 
 #include "panoptic/base/config.h"
-#include "panoptic/data/segmentation.h"
 #include "panoptic/fusion/label_runs.h"
 #include "panoptic/fusion/registration.h"
-#include "panoptic/map/object_registry.h"
+#include "panoptic/objects.h"
+#include "panoptic/options.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic {
 
-struct TrackerOptions {
-  float iou_threshold = 0.25F;  // theta_U in Eq. 4
-  // A pixel that says less than the map knows votes for what the map knows: unknown or a table for a thing without a class, a
-  // class without an instance for the thing of that class. False in the paper.
-  bool trust_map = true;
-};
 Fields fields(TrackerOptions& options);
 
 class LabelTracker {
  public:
   LabelTracker(const TrackerOptions& options, LabelSet labels);
 
-  // Eq. 3-5: every thing segment gets the id of the object in the map that it overlaps best, if the IoU exceeds the threshold,
-  // else a new id; larger masks choose first, and no id is taken twice. Stuff keeps its class number. IoU counts the pixels
-  // that have both a depth reading and a segment (the reference exists nowhere else). Evidence goes to `objects` (Eq. 12).
-  // Returns the label per depth pixel plus the extra pixel of RegisteredFrame; kNoVote where the frame says nothing.
-  // Good until the next call, as are the two below. Not thread-safe; bands of pixels run in parallel, and the result is the
-  // same at any number of threads.
+  // Gives labels to segments (Eq. 3-5): every thing segment gets the id of the object in the map that it overlaps best, if the
+  // IoU exceeds the threshold, else a new id; larger masks choose first, and no id is taken twice. Stuff keeps its class
+  // number. IoU counts the pixels that have both a depth reading and a segment (the reference exists nowhere else). Evidence
+  // goes to `objects` (Eq. 12). Returns the label per depth pixel plus the extra pixel of RegisteredFrame; kNoVote, the ignore
+  // label, where the frame says nothing. Good until the next call, as are the two below. Not thread-safe; bands of pixels run
+  // in parallel, and the result is the same at any number of threads.
   const std::vector<LabelSlot>& assign(const RegisteredFrame& registered, std::span<const Segment> segments,
                                        std::span<const LabelSlot> reference, std::int64_t frame, ObjectRegistry& objects);
 
-  // Per segment of that call: its id, and its pixels with a depth reading.
+  // For each segment of that call, its id, and its pixels with a depth reading.
   std::span<const LabelSlot> segment_ids() const { return std::span(id_of_value_).subspan(1); }
   std::span<const std::uint32_t> segment_areas_px() const { return segment_area_; }
 

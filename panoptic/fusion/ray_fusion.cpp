@@ -44,7 +44,7 @@ struct RayBatch {
   std::size_t count;
 };
 
-// What a ray's pixel says.
+// The observation of a ray's pixel.
 struct RayWord {
   Color target;         // the colour as it is kept
   std::uint32_t color;  // 0 = none
@@ -64,7 +64,7 @@ struct RayLine {
   float depth;
 };
 
-// What all rays through a block have in common.
+// Values that all rays through a block have in common.
 struct RayFrame {
   float origin[3];       // the camera
   float first_voxel[3];  // of the block

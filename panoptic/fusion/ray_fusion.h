@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the rays of a frame do to the voxels of one block (Eq. 6-11).
+// Fuses the rays of a frame into the voxels of one block (Eq. 6-11).
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 #include "panoptic/fusion/frame_view.h"
 #include "panoptic/fusion/ray_kernels.h"
-#include "panoptic/map/voxel_block.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 

@@ -9,7 +9,8 @@
 
 #include "panoptic/base/clones.h"
 #include "panoptic/fusion/ray_walk.h"
-#include "panoptic/map/block_index.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which voxels do the rays of a frame pass through, block by block.
+// Finds the voxels that the rays of a frame pass through, block by block.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "panoptic/fusion/frame_view.h"
-#include "panoptic/map/voxel_block.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 
@@ -21,7 +21,7 @@ struct RayBand {
   float voxel_size_m;
 };
 
-// Where the camera is.
+// The place of the camera.
 Vec3f camera_in_voxels(const FrameView& view, float voxel_size_m);
 
 // The rays of all pixels, for the signed distance: unit direction in the world, and range from the camera to the surface in
@@ -42,12 +42,12 @@ class PassageLists {
  public:
   // Forgets all passages and keeps the memory.
   void clear();
-  // A new passage at the end of its block's list. Returns where its voxels are to be written, at once.
+  // Adds a passage at the end of its block's list. Returns where its voxels are to be written, at once.
   std::uint16_t* append(std::uint64_t block_key, std::uint32_t pixel, std::size_t voxels);
 
-  // In the order in which the blocks came up.
+  // Keys of the blocks, in the order in which they came up.
   std::span<const std::uint64_t> keys() const { return keys_; }
-  // Empty for a block that no ray crosses.
+  // The passages of a block; none if no ray crosses it.
   std::span<const std::uint16_t> passages(std::uint64_t block_key) const;
 
  private:

@@ -3,6 +3,7 @@
 #include "panoptic/fusion/ray_walk.h"
 
 #include "panoptic/base/clones.h"
+#include "panoptic/base/floor.h"
 
 namespace panoptic {
 namespace kernels {

@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <limits>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
+
+#include "panoptic/base/floor.h"
 
 namespace panoptic {
 
@@ -48,14 +50,14 @@ struct CellWalks {
   alignas(64) float start[3][kWalkLanes];
   alignas(64) float end[3][kWalkLanes];
   alignas(64) std::int32_t count[kWalkLanes];  // of cells
-  // What lies behind a lane's count is meaningless.
+  // The cells of each lane, one after the other; those beyond its count are meaningless.
   alignas(64) std::int32_t cell[3][kMostCells][kWalkLanes];
   alignas(64) std::uint16_t offset[kMostCells][kWalkLanes];  // of the cell in its block, as voxel_offset gives it
   // Bit n of word w: cell 32 w + n lies in another block than the cell before it.
   alignas(64) std::uint32_t borders[kMostCells / 32][kWalkLanes];
 };
 
-// From `start` and `end` of all lanes. REQUIRES segments no longer than 64 cells.
+// Walks from `start` to `end` of all lanes. REQUIRES segments no longer than 64 cells.
 void walk_together(CellWalks& walks);
 
 }  // namespace panoptic

@@ -7,7 +7,9 @@
 #include <cstddef>
 
 #include "panoptic/base/clones.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/base/floor.h"
+#include "panoptic/map/cached_lookup.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the map already says at every pixel of a frame (Eq. 2).
+// The labels that the map already has at the pixels of a frame (Eq. 2).
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
 #include "panoptic/fusion/registration.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "panoptic/base/clones.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {
@@ -135,7 +135,7 @@ CellRange project_row(const RowProjection& projection, const float* depth, const
   return {lowest, highest};
 }
 
-// From the nearest depth in each cell to the depth beyond which its pixels are hidden.
+// Turns the nearest depth in each cell into the depth beyond which its pixels are hidden.
 PANOPTIC_CLONES
 void limit_cells(float* nearest, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {

@@ -1,23 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Colour and segments seen from the depth camera: once per frame, everything is gathered onto the depth pixels, and the rest
-// of the system works on those alone.
+// Depth registration: once per frame, colour and segments are gathered onto the depth pixels, and the rest of the system works
+// on those alone.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "panoptic/base/config.h"
-#include "panoptic/data/frame.h"
-#include "panoptic/data/segmentation.h"
+#include "panoptic/frame.h"
+#include "panoptic/options.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic {
 
-struct DepthOptions {
-  float min_m = 0.1F;  // readings outside [min, max] are taken as missing
-  float max_m = 8;
-};
 Fields fields(DepthOptions& options);
 
 // The frame on the grid of the depth image: width x height pixels, row-major, plus ONE extra pixel at the end that holds "no
@@ -41,7 +38,7 @@ struct RegisteredFrame {
 };
 
 // Gathers through the calibration. Where the cameras stand apart, a depth pixel that something nearer hides from the colour
-// camera gets neither colour nor segment. REQUIRES usable inputs (why_unusable gives nothing). Keeps its buffers: one per thread.
+// camera gets neither colour nor segment. REQUIRES inputs that `check` accepts. Keeps its buffers: one per thread.
 class Registration {
  public:
   explicit Registration(const DepthOptions& options) : options_(options) {}

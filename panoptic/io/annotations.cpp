@@ -38,7 +38,7 @@ struct Rectangle {
   }
 };
 
-// What of one label is to be seen.
+// The visible part of one label.
 struct Visible {
   std::uint32_t label = 0;
   std::int64_t pixels = 0;

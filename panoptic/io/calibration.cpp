@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "panoptic/base/config.h"
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {
@@ -36,8 +36,8 @@ Fields camera_fields(Camera& camera) {
 
 bool known(const Camera& camera) { return camera.fx > 0; }
 
-// What a file writes into: NaN where it has to give a number because the recording does not; no size, since the size of other
-// intrinsics says nothing about new ones.
+// The camera that a file is read into: NaN where the file has to give a number because the recording does not; no size, since
+// the size of other intrinsics says nothing about new ones.
 Camera blank(const Camera& camera) {
   constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   return known(camera) ? Camera{0, 0, camera.fx, camera.fy, camera.cx, camera.cy}

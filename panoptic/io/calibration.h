@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is known of a recording's cameras: first what its format says, then what a calibration TOML overrides.
+// The cameras of a recording, as its format states them and as a calibration TOML overrides them.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 
 namespace panoptic {
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/io/dataset.h"
+#include "panoptic/source.h"
 
 #include <fmt/format.h>
 
 #include <array>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/sens.h"
 
@@ -21,7 +21,7 @@ struct FolderFormat {
   std::optional<FileRecording> (*recognise)(const fs::path& folder);
 };
 
-// In this order: the more telling layouts first.
+// Formats in the order in which they are tried: the more telling layouts first.
 constexpr std::array<FolderFormat, 6> kFolderFormats = {{
     {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
     {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
@@ -69,6 +69,12 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
 }  // namespace
 
 std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& calibration) {
+  if (path.native().starts_with("sim:") && !is_there(path)) {
+    throw Error(
+        fmt::format("{}: a simulated home, and the simulator is not part of this: it is panoptic::simulation "
+                    "(-DPANOPTIC_SIM=ON), and open_dataset opens it",
+                    path.string()));
+  }
   try {
     return open_absolute(without_trailing_slash(path), calibration);
   } catch (const fs::filesystem_error& e) {  // a folder without permission, for one

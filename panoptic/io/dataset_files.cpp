@@ -7,9 +7,9 @@
 #include <functional>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/error.h"
 #include "panoptic/io/dataset_frame.h"
 
 namespace panoptic {
@@ -116,7 +116,8 @@ ReadResult FileDataset::read(std::size_t position) const {
   if (!frame.problem.empty()) return skipped(frame.number, frame.problem);
   try {
     RawFrame raw{frame.number, frame.time_s, read_pose(recording_, frame), {}, {}};
-    if (auto reason = why_unusable_pose(raw.pose)) return skipped(frame.number, *reason);  // before the costly decoding
+    // Before the costly decoding.
+    if (const Outcome outcome = check_pose(raw.pose); !outcome.used) return skipped(frame.number, outcome.reason);
     raw.depth = read_depth(recording_, frame);
     raw.color = read_color(recording_, frame);
     return finish(std::move(raw), recording_.calibration);

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "panoptic/io/calibration.h"
-#include "panoptic/io/dataset.h"
 #include "panoptic/io/dataset_text.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 

@@ -8,8 +8,8 @@
 #include <array>
 #include <charconv>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 
 namespace panoptic {

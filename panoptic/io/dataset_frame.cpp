@@ -15,9 +15,10 @@ namespace {
 constexpr double kRotationTolerance = 0.05;
 
 template <typename T>
-std::optional<std::string> why_wrong_size(const Image<T>& image, const Camera& camera, std::string_view what) {
-  if (image.same_size(camera.width, camera.height)) return std::nullopt;
-  return fmt::format("{} is {}x{}, expected {}x{}", what, image.width(), image.height(), camera.width, camera.height);
+Outcome check_size(const Image<T>& image, const Camera& camera, std::string_view what) {
+  if (image.same_size(camera.width, camera.height)) return {};
+  return Outcome::refused(
+      fmt::format("{} is {}x{}, expected {}x{}", what, image.width(), image.height(), camera.width, camera.height));
 }
 
 bool is_invalid(double raw, const std::vector<double>& invalid) {
@@ -28,14 +29,14 @@ bool is_invalid(double raw, const std::vector<double>& invalid) {
 
 ReadResult skipped(std::int64_t number, std::string reason) { return {std::nullopt, {number, std::move(reason)}}; }
 
-std::optional<std::string> why_unusable_pose(const Eigen::Matrix4d& pose) {
-  if (!pose.allFinite()) return "pose is not finite";
+Outcome check_pose(const Eigen::Matrix4d& pose) {
+  if (!pose.allFinite()) return Outcome::refused("pose is not finite");
   const Eigen::Matrix3d linear = pose.topLeftCorner<3, 3>();
   const Vec3d stretch = Eigen::JacobiSVD<Eigen::Matrix3d>(linear).singularValues();
   const double last_row = (pose.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff();
   const bool near_rotation = (stretch.array() - 1).abs().maxCoeff() <= kRotationTolerance && linear.determinant() > 0;
-  if (!near_rotation || last_row > kRotationTolerance) return "pose is not a rigid transform";
-  return std::nullopt;
+  if (!near_rotation || last_row > kRotationTolerance) return Outcome::refused("pose is not a rigid transform");
+  return {};
 }
 
 Image<float> to_metres(const Image<std::uint16_t>& raw, const Calibration& calibration) {
@@ -58,9 +59,10 @@ Image<float> to_metres(Image<float> raw, const Calibration& calibration) {
 
 ReadResult finish(RawFrame raw, const Calibration& calibration) {
   const Camera color_camera = calibration.color.value_or(calibration.depth);
-  if (auto reason = why_unusable_pose(raw.pose)) return skipped(raw.number, *reason);
-  if (auto reason = why_wrong_size(raw.depth, calibration.depth, "depth image")) return skipped(raw.number, *reason);
-  if (auto reason = why_wrong_size(raw.color, color_camera, "colour image")) return skipped(raw.number, *reason);
+  for (const Outcome& outcome : {check_pose(raw.pose), check_size(raw.depth, calibration.depth, "depth image"),
+                                 check_size(raw.color, color_camera, "colour image")}) {
+    if (!outcome.used) return skipped(raw.number, outcome.reason);
+  }
   Frame frame;
   frame.index = raw.number;
   frame.time_s = raw.time_s;

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "panoptic/io/calibration.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 
@@ -23,8 +23,8 @@ struct RawFrame {
 
 ReadResult skipped(std::int64_t number, std::string reason);
 
-// "pose is not finite", "pose is not a rigid transform" (further than 5 % from a rotation), or nothing.
-std::optional<std::string> why_unusable_pose(const Eigen::Matrix4d& pose);
+// Refuses a pose that is not finite, or further than 5 % from a rotation.
+Outcome check_pose(const Eigen::Matrix4d& pose);
 
 // Raw values to metres; 0, negative, NaN and the invalid values become 0.
 Image<float> to_metres(const Image<std::uint16_t>& raw, const Calibration& calibration);

@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
+#include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 
 namespace panoptic {

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <map>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/dataset_frame.h"
 
@@ -41,7 +41,7 @@ void name_sensor_size(Camera& camera) {
 Pose to_extrinsic(std::span<const double> numbers, const std::string& source) {
   const auto matrix = to_matrix(numbers);
   if (!matrix) throw Error(fmt::format("{}: {} numbers, expected a 4x4 matrix", source, numbers.size()));
-  if (const auto reason = why_unusable_pose(*matrix)) throw Error(fmt::format("{}: {}", source, *reason));
+  if (const Outcome pose = check_pose(*matrix); !pose.used) throw Error(fmt::format("{}: {}", source, pose.reason));
   return rigid(*matrix);
 }
 

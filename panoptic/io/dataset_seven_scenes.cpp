@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 
 namespace panoptic {

@@ -14,8 +14,8 @@
 #include <thread>
 #include <utility>
 
-#include "panoptic/base/error.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/error.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {

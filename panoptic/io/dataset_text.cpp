@@ -9,8 +9,8 @@
 #include <cmath>
 #include <limits>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 
 namespace panoptic {
 

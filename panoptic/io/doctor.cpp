@@ -117,7 +117,7 @@ std::string median_remedy(double median_m) {
   return "check [depth] scale in the calibration file (1000 for millimetres, 5000 for TUM, 6553.5 for Replica)";
 }
 
-// What the agreement of depth images says about scale, poses and focal length.
+// Findings about scale, poses and focal length from the agreement of depth images.
 struct Geometry {
   std::size_t pairs = 0;
   Explanations found;

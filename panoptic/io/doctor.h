@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Is this recording what it claims to be? Looks at a sample of frames for the mistakes that ruin most first maps: a wrong
-// depth scale, inverted poses, flipped axes, intrinsics of another image size.
+// Checks whether a recording is what it claims to be: looks at a sample of frames for the mistakes that ruin most first maps: a
+// wrong depth scale, inverted poses, flipped axes, intrinsics of another image size.
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <vector>
 
-#include "panoptic/io/dataset.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 

@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How well depth images agree with each other under a guess of what the recording's numbers mean. The right guess makes the
-// points of one frame land on the surfaces of another; a wrong scale, pose direction or axis does not.
+// Measures how well depth images agree with each other under a guess of what the recording's numbers mean. The right guess
+// makes the points of one frame land on the surfaces of another; a wrong scale, pose direction or axis does not.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 
@@ -27,7 +27,7 @@ struct ViewPair {
   DepthView to;
 };
 
-// What a recording's poses may be. world_from_camera = (inverse ? pose^-1 : pose) * axes.
+// A meaning that a recording's poses may have: world_from_camera = (inverse ? pose^-1 : pose) * axes.
 struct PoseConvention {
   std::string name;
   bool inverse = false;
@@ -44,7 +44,7 @@ struct Hypothesis {
 // Pooled over the pairs; 0 to 1. Hypotheses that throw most points out of the image gain nothing by it.
 double agreement(const std::vector<ViewPair>& pairs, const Hypothesis& hypothesis);
 
-// The same for no motion at all: tells pairs whose motion can be seen from those that prove nothing.
+// The agreement under no motion at all: tells pairs whose motion can be seen from those that prove nothing.
 double agreement_without_motion(const ViewPair& pair);
 
 struct Explanation {

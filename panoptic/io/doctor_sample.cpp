@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {
@@ -16,7 +16,7 @@ std::size_t spread(std::size_t i, std::size_t samples, std::size_t size) { retur
 FrameFacts examine(const ReadResult& result) {
   if (!result.frame) return {.reason = result.skipped.reason};
   const Frame& frame = *result.frame;
-  if (auto reason = why_unusable(frame)) return {.reason = *reason};
+  if (const Outcome outcome = check(frame); !outcome.used) return {.reason = outcome.reason};
   constexpr std::size_t kStride = 7;
   std::vector<float> readings;
   for (std::size_t i = 0; i < frame.depth.size(); i += kStride) {
@@ -30,11 +30,11 @@ PairFacts find_pair(const Dataset& dataset, std::size_t position) {
   constexpr double kLooksDifferent = 0.5;
   PairFacts facts;
   const ReadResult first = dataset.read(position);
-  if (!first.frame || why_unusable(*first.frame)) return facts;
+  if (!first.frame || !check(*first.frame).used) return facts;
   ViewPair pair{thinned(*first.frame, repaired(first.frame->depth_camera)), {}};
   for (std::size_t gap = 1; gap <= kFarthestGap && position + gap < dataset.size(); gap *= 2) {
     const ReadResult later = dataset.read(position + gap);
-    if (!later.frame || why_unusable(*later.frame)) continue;
+    if (!later.frame || !check(*later.frame).used) continue;
     const Vec3d motion = later.frame->world_from_camera.translation() - first.frame->world_from_camera.translation();
     if (gap == 1) facts.step_m = motion.norm();
     pair.to = thinned(*later.frame, repaired(later.frame->depth_camera));

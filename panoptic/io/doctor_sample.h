@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "panoptic/io/calibration.h"
-#include "panoptic/io/dataset.h"
 #include "panoptic/io/doctor_geometry.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 
-// What one frame of the sample tells.
+// Facts about one frame of the sample.
 struct FrameFacts {
   bool usable = false;
   std::string reason;
@@ -38,7 +38,7 @@ std::vector<PairFacts> find_pairs(const Dataset& dataset, std::size_t samples);
 // The size that the principal point speaks of, if it is further than 20 % from the middle of the camera's own.
 std::optional<ImageSize> other_size(const Camera& camera);
 
-// The camera with intrinsics of another size scaled to the images: what the poses are judged with, so that one mistake is not
+// The camera with intrinsics of another size scaled to the images. The poses are judged with it, so that one mistake is not
 // reported as three.
 Camera repaired(const Camera& camera);
 

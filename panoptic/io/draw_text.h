@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 
@@ -17,7 +17,7 @@ struct TextSize {
 
 TextSize text_size(const std::string& text, double scale);
 
-// The text with the lower left corner of its first letter at (u, v), smoothed; what lies outside the image is cut off.
+// Draws the text, smoothed, with the lower left corner of its first letter at (u, v); what lies outside the image is cut off.
 void draw_text(Image<Rgb>& image, const std::string& text, int u, int v, const Rgb& color, double scale);
 
 }  // namespace panoptic

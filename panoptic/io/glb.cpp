@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/io/glb.h"
+#include "panoptic/outputs.h"
 
 #include <fmt/format.h>
 #include <tiny_gltf.h>
@@ -18,9 +18,10 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
-#include "panoptic/data/object_shapes.h"
+#include "panoptic/data/speaker.h"
+#include "panoptic/error.h"
+#include "panoptic/mesh.h"
 
 namespace panoptic {
 namespace {

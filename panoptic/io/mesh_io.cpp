@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
 
 #include <fmt/format.h>
 
@@ -16,8 +16,8 @@
 #include <string_view>
 #include <type_traits>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

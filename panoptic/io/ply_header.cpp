@@ -13,7 +13,7 @@
 #include <optional>
 #include <utility>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

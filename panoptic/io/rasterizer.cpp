@@ -7,8 +7,9 @@
 #include <cstddef>
 #include <utility>
 
-#include "panoptic/base/parallel.h"
-#include "panoptic/data/object_shapes.h"
+#include "panoptic/data/speaker.h"
+#include "panoptic/mesh.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 
@@ -23,7 +23,7 @@ struct DrawnVertex {
 struct Drawing {
   int width_px = 0;
   int height_px = 0;
-  bool flat = false;  // one colour per triangle, that of its speaker (data/object_shapes.h), instead of a blend
+  bool flat = false;  // one colour per triangle, that of its speaker (data/speaker.h), instead of a blend
   std::vector<DrawnVertex> vertices;
   const std::vector<std::array<std::uint32_t, 3>>* triangles = nullptr;
 };

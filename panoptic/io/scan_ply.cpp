@@ -11,8 +11,8 @@
 #include <string>
 #include <string_view>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/io/ply_header.h"
 
 namespace panoptic {

@@ -10,7 +10,7 @@
 
 namespace panoptic {
 
-// Binary little endian; vertices float x y z, uchar red green blue alpha; faces list uchar int vertex_indices.
+// Writes the mesh, binary little endian; vertices float x y z, uchar red green blue alpha; faces list uchar int vertex_indices.
 void write_scan_ply(const std::filesystem::path& path, const ScanTruth& scan);
 
 // Fills positions, colors (black if the file has none) and triangles. Takes any binary little-endian PLY with a vertex element

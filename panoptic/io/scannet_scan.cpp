@@ -12,9 +12,9 @@
 #include <unordered_map>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
+#include "panoptic/error.h"
 #include "panoptic/io/category_map.h"
 #include "panoptic/io/scan_ply.h"
 

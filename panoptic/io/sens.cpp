@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/error.h"
 #include "panoptic/io/dataset_frame.h"
 #include "panoptic/io/dataset_text.h"
 #include "panoptic/io/sens_file.h"
@@ -36,7 +36,7 @@ Camera camera_of(const Matrix16& matrix, std::uint32_t width, std::uint32_t heig
 }
 
 Pose extrinsic_of(const Matrix16& matrix, const std::string& source) {
-  if (const auto reason = why_unusable_pose(to_double(matrix))) throw Error(fmt::format("{}: {}", source, *reason));
+  if (const Outcome pose = check_pose(to_double(matrix)); !pose.used) throw Error(fmt::format("{}: {}", source, pose.reason));
   return rigid(to_double(matrix));
 }
 
@@ -141,7 +141,8 @@ ReadResult SensDataset::read_frame(std::size_t position) const {
     return skipped(number, "the file changed while in use");
   RawFrame raw{number, static_cast<double>(frame.depth_time_us) * kMicro, to_double(frame.pose), {}, {}};
   if (frame.depth_time_us == 0) raw.time_s = static_cast<double>(number) / kAssumedRate_hz;
-  if (auto reason = why_unusable_pose(raw.pose)) return skipped(number, *reason);  // before the costly decoding
+  // Before the costly decoding.
+  if (const Outcome outcome = check_pose(raw.pose); !outcome.used) return skipped(number, outcome.reason);
 
   const auto color_blob = file.read(offset + sizeof(frame), frame.color_bytes);
   const auto depth_blob = file.read(offset + sizeof(frame) + frame.color_bytes, frame.depth_bytes);

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "panoptic/io/dataset.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 

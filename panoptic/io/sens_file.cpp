@@ -14,8 +14,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 
@@ -107,7 +107,7 @@ void check(const StreamHeader& h, const std::string& name) {
   }
 }
 
-// Where every frame begins. The count is checked against the file's size before memory is taken.
+// Finds where every frame begins. The count is checked against the file's size before memory is taken.
 std::vector<std::uint64_t> index_frames(const SensFile& file, Cursor& cursor, std::uint64_t count) {
   if (count > cursor.bytes_left() / sizeof(FrameHeader)) {
     throw Error(fmt::format("{}: claims {} frames, more than its {} bytes can hold; the file is cut off or damaged", file.name(),

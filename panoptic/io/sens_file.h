@@ -56,7 +56,7 @@ class SensFile {
   const std::string& name() const { return name_; }
   std::uint64_t size() const { return size_; }
 
-  // False, or nothing, if the file ends earlier. Throws FileError if the disk fails.
+  // Both read at an offset; false, or nothing, if the file ends earlier. Throws FileError if the disk fails.
   bool read(std::uint64_t offset, void* to, std::uint64_t bytes) const;
   std::optional<std::vector<std::uint8_t>> read(std::uint64_t offset, std::uint64_t bytes) const;
 
@@ -66,7 +66,7 @@ class SensFile {
   std::uint64_t size_ = 0;
 };
 
-// What a file holds: header, and where every frame's header begins.
+// The contents of a file: header, and where every frame's header begins.
 struct SensIndex {
   StreamHeader header;
   std::vector<std::uint64_t> frame_offsets;

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

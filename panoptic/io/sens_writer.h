@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "panoptic/base/files.h"
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
 #include "panoptic/io/sens_file.h"
 
 namespace panoptic {
@@ -21,11 +21,12 @@ struct SensFrame {
   std::vector<std::uint8_t> depth;
 };
 
-// Depth is rounded to millimetres; what lies beyond 65.535 m counts as no reading. Time in microseconds. May run on any thread.
-// REQUIRES a usable frame with one camera for both images (color_from_depth is not stored), time_s >= 0, quality 1..100.
+// Encodes a frame. Depth is rounded to millimetres; depth beyond 65.535 m counts as no reading. Time in microseconds. May run
+// on any thread. REQUIRES a usable frame with one camera for both images (color_from_depth is not stored), time_s >= 0, quality
+// 1..100.
 SensFrame encode_sens_frame(const Frame& frame, int jpeg_quality);
 
-// Streams to a temporary file beside `path`, so memory does not grow; the final name appears with finish() and without it
+// Writes to a temporary file beside `path`, so memory does not grow; the final name appears with finish() and without it
 // nothing is left. Not thread-safe. Everything throws Error naming the file (no permission, disk full).
 class SensWriter {
  public:

@@ -133,8 +133,8 @@ double wall_azimuth(const std::vector<Patch>& patches, const Matrix3d& level) {
   return std::atan2(sine, cosine) / 4;
 }
 
-// Of the four ways to turn a plan parallel to the walls, one with the longer side across, and of those two the one nearer to how
-// the view from `front` shows the room.
+// Chooses among the four ways to turn a plan parallel to the walls: the two with the longer side across, and of these the one
+// nearer to how the view from `front` shows the room.
 Vec3d up_on_plan(const std::vector<Patch>& patches, const Matrix3d& level, double front) {
   const double wall = wall_azimuth(patches, level);
   double best = wall;

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where to stand to see a room.
+// Viewpoints that show a room well.
 #pragma once
 
 #include <array>
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/data/mesh.h"
+#include "panoptic/geometry.h"
+#include "panoptic/mesh.h"
 
 namespace panoptic {
 
@@ -20,10 +20,10 @@ struct View {
   std::string name;            // of the picture's file
 };
 
-// Three pictures of 1280x960: `front` and `side`, from above at an angle, the one from where the most surface faces the camera,
-// the other from the opposite side or, where that shows little because the scan is one-sided, from less far round; and `top`,
-// straight down with the longer side of the room across. Fitted to the mesh, except that the odd bit far outside may be cut off,
-// and with room for a legend at the bottom. `up` need not have unit length; nonsense counts as -y.
+// Three views for pictures of 1280x960. `front` looks from above at an angle, from where the most surface faces the camera.
+// `side` looks from the opposite side or, where that shows little because the scan is one-sided, from less far round. `top`
+// looks straight down, the longer side of the room across. All are fitted to the mesh, except that the odd bit far outside may
+// be cut off, and leave room for a legend at the bottom. `up` need not have unit length; nonsense counts as -y.
 std::vector<View> default_views(const Mesh& mesh, const Vec3d& up);
 
 // Their names, in this order.

@@ -13,12 +13,13 @@
 #include <system_error>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
 #include "panoptic/io/annotations.h"
 #include "panoptic/io/rasterizer.h"
+#include "panoptic/outputs.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

@@ -7,10 +7,11 @@
 #include <filesystem>
 #include <string_view>
 
-#include "panoptic/base/image.h"
-#include "panoptic/data/labels.h"
-#include "panoptic/data/mesh.h"
+#include "panoptic/image.h"
 #include "panoptic/io/viewpoints.h"
+#include "panoptic/labels.h"
+#include "panoptic/mesh.h"
+#include "panoptic/outputs.h"
 
 namespace panoptic {
 
@@ -22,14 +23,12 @@ enum class ColorMode {
 
 std::string_view name_of(ColorMode mode);  // "color", "classes", "panoptic"
 
-// The mesh with a lamp at the camera and light from above. Surfaces are seen from their front only: walls between the camera
-// and the room are not there. The same picture on any number of threads. An empty mesh gives the background.
+// Draws the mesh with a lamp at the camera and light from above. Surfaces are seen from their front only: walls between the
+// camera and the room are not there. The same picture on any number of threads. An empty mesh gives the background.
 Image<Rgb> render(const Mesh& mesh, const View& view, ColorMode mode, const LabelSet& labels);
 
-// The files of write_views, and the folder if nothing else is in it. Nothing there is no error; throws Error if they stay.
+// Removes the files of write_views, and the folder if nothing else is in it. It is no error if there are none. Throws Error if
+// they cannot be removed.
 void remove_views(const std::filesystem::path& folder);
-
-// `<view>_<mode>.png` in the folder, which it makes: default_views times every mode. Throws Error if they cannot be written.
-void write_views(const std::filesystem::path& folder, const Mesh& mesh, const Vec3d& up, const LabelSet& labels);
 
 }  // namespace panoptic

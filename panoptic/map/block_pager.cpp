@@ -15,8 +15,8 @@
 #include <system_error>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

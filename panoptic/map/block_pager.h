@@ -17,7 +17,7 @@
 #include <mutex>
 #include <vector>
 
-#include "panoptic/map/voxel_block.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 
@@ -44,7 +44,7 @@ class BlockPager {
     if (in_memory_.fetch_add(1, std::memory_order_relaxed) >= limit_) make_room();
   }
 
-  // What is used from now on was used later than what was used before.
+  // Ends a moment: blocks that are touched from now on count as used later than those touched before.
   void tick() { now_.fetch_add(1, std::memory_order_relaxed); }
 
   std::size_t blocks_in_memory() const { return in_memory_.load(std::memory_order_relaxed); }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 
@@ -30,24 +30,20 @@ ExtentBox box_of(const LabelExtent& extent, double voxel_size_m) {
 }
 
 LabelExtents label_extents(const VoxelBlock& block, BlockIndex index, float voxel_size_m) {
-  const float band_m = kSurfaceBand_voxels * voxel_size_m;
-  const VoxelIndex first = first_voxel(index);
   LabelExtents extents;
   LabelExtent* last = nullptr;  // labels come in long runs
-  std::uint16_t last_label = 0;
-  for (std::int32_t v = 0; v < kBlockVoxels; ++v) {
-    const auto i = static_cast<std::size_t>(v);
-    if (!is_surface(block, i, band_m)) continue;
-    if (last == nullptr || block.label[i] != last_label) {
-      last_label = block.label[i];
-      last = &extents[static_cast<LabelSlot>(last_label)];
+  LabelSlot last_label = LabelSlot::kUnknown;
+  visit_surface(block, index, voxel_size_m, [&](LabelSlot label, const VoxelIndex& voxel) {
+    if (last == nullptr || label != last_label) {
+      last_label = label;
+      last = &extents[label];
     }
     LabelExtent one{.voxels = 1};
-    one.min = voxel_at(first, v);
-    one.max = one.min;
-    for (std::size_t a = 0; a < 3; ++a) one.sum[a] = one.min[a];
+    one.min = voxel;
+    one.max = voxel;
+    for (std::size_t a = 0; a < 3; ++a) one.sum[a] = voxel[a];
     last->add(one);
-  }
+  });
   return extents;
 }
 

@@ -9,10 +9,11 @@
 #include <map>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/data/labels.h"
+#include "panoptic/geometry.h"
+#include "panoptic/labels.h"
 #include "panoptic/map/voxel_grid.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/objects.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 
@@ -28,12 +29,6 @@ struct LabelExtent {
 
 using LabelExtents = std::map<LabelSlot, LabelExtent>;
 
-// In metres, world: the box around the voxels (their outer faces), and their mean.
-struct ExtentBox {
-  Vec3d min_m;
-  Vec3d max_m;
-  Vec3d center_m;
-};
 ExtentBox box_of(const LabelExtent& extent, double voxel_size_m);
 
 LabelExtents label_extents(const VoxelBlock& block, BlockIndex index, float voxel_size_m);

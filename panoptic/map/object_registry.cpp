@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/map/object_registry.h"
+#include "panoptic/objects.h"
 
 #include <algorithm>
 #include <iterator>
 #include <limits>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 

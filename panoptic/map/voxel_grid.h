@@ -11,9 +11,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/map/block_index.h"
-#include "panoptic/map/voxel_block.h"
+#include "panoptic/geometry.h"
+#include "panoptic/labels.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 
@@ -65,9 +65,20 @@ constexpr BlockIndex neighbour(BlockIndex block, int n) {
 // Half the width of the surface band, the observed voxels that count as surface.
 inline constexpr float kSurfaceBand_voxels = 1.5F;
 
-// Whether a voxel was observed within `band_m` of the surface.
+// True if a voxel was observed within `band_m` of the surface.
 inline bool is_surface(const VoxelBlock& block, std::size_t offset, float band_m) {
   return block.weight[offset] > 0 && std::abs(block.distance[offset]) <= band_m;
+}
+
+// Calls visit(label, coordinates) for every voxel of the block in the surface band, in the order of the voxels.
+template <typename Visit>
+void visit_surface(const VoxelBlock& block, BlockIndex index, float voxel_size_m, const Visit& visit) {
+  const float band_m = kSurfaceBand_voxels * voxel_size_m;
+  const VoxelIndex first = first_voxel(index);
+  for (std::int32_t v = 0; v < kBlockVoxels; ++v) {
+    const auto i = static_cast<std::size_t>(v);
+    if (is_surface(block, i, band_m)) visit(static_cast<LabelSlot>(block.label[i]), voxel_at(first, v));
+  }
 }
 
 }  // namespace panoptic

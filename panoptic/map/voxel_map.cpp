@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/voxel_map.h"
 
 #include <algorithm>
 #include <cstring>
@@ -8,9 +8,13 @@
 #include <limits>
 #include <numeric>
 
-#include "panoptic/base/error.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/data/labels.h"
+#include "panoptic/base/config.h"
+#include "panoptic/error.h"
+#include "panoptic/labels.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/map/block_pager.h"
+#include "panoptic/map/option_fields.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {
@@ -68,6 +72,17 @@ VoxelMap::VoxelMap(const MapOptions& options)
       pager_(pager_for(options)),
       table_keys_(kInitialTable, 0),
       table_slots_(kInitialTable, kNoSlot) {}
+
+VoxelMap::VoxelMap(VoxelMap&&) noexcept = default;
+VoxelMap& VoxelMap::operator=(VoxelMap&&) noexcept = default;
+VoxelMap::~VoxelMap() = default;
+
+void VoxelMap::touch(Slot slot) const { pager_->touch(slot); }
+
+std::uint64_t VoxelMap::begin_epoch() {
+  if (pager_) pager_->tick();
+  return ++epoch_;
+}
 
 std::size_t VoxelMap::memory_bytes() const {
   const std::size_t voxels = pager_ ? pager_->blocks_in_memory() : blocks_.size();

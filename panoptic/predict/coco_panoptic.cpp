@@ -9,10 +9,10 @@
 #include <limits>
 #include <set>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/predict/json_value.h"
+#include "panoptic/base/json_value.h"
+#include "panoptic/error.h"
 #include "panoptic/predict/prediction_io.h"
 
 namespace panoptic {

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/labels.h"
-#include "panoptic/data/segmentation.h"
+#include "panoptic/labels.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic {
 
@@ -41,8 +41,8 @@ std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::p
 // not all of them; without `labels` the categories are the label set. Throws Error naming the file.
 CocoPanoptic read_coco_panoptic(const std::filesystem::path& json, const std::optional<LabelSet>& labels);
 
-// Empty where there is no picture for the frame. Stuff of one class becomes one segment, and so
-// do the crowds of a thing class: is_whole_class. Throws Error naming the file.
+// Reads one frame; empty where there is no picture for it. Stuff of one class becomes one segment, and so do the crowds of a
+// thing class: is_whole_class. Throws Error naming the file.
 Segmentation read_coco_frame(const CocoPanoptic& coco, std::int64_t frame_index);
 
 }  // namespace panoptic

@@ -9,8 +9,8 @@
 #include <numeric>
 #include <utility>
 
-#include "panoptic/base/error.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
 #include "panoptic/predict/decoders.h"
 
 namespace panoptic {
@@ -39,7 +39,7 @@ void check(const std::vector<Tensor>& outputs, const Model& model) {
                   outputs.empty() ? "nothing" : fmt::format("{}", fmt::join(outputs[0].shape, " x "))));
 }
 
-// Where the values of some classes go in a list that has each class once, kUnknown first.
+// The positions of some classes' values in a list that has each class once, kUnknown first.
 std::vector<std::size_t> positions(const std::vector<ClassId>& class_of, std::vector<ClassId>& classes) {
   classes = {ClassId::kUnknown};
   std::vector<std::size_t> result;

@@ -7,8 +7,8 @@
 #include <map>
 #include <string>
 
-#include "panoptic/base/error.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
 #include "panoptic/predict/decoders.h"
 #include "panoptic/predict/instance_mask.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

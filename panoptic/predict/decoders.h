@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From output tensors to classes per pixel or to instances. To add a decoder, write a function of one of the two types and
-// give it a line in the table in decoders.cpp; model descriptions name it (`decoder = "..."`).
+// Decoders turn output tensors into classes per pixel or into instances. To add a decoder, write a function of one of the two
+// types and give it a line in the table in decoders.cpp; model descriptions name it (`decoder = "..."`).
 #pragma once
 
 #include <vector>
 
-#include "panoptic/data/segmentation.h"
 #include "panoptic/predict/model.h"
 #include "panoptic/predict/preprocess.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic {
 
@@ -32,12 +32,12 @@ struct ClassScores {
   std::vector<float> values;  // row by row, the classes of one cell side by side
 };
 
-// The mean of what several networks say, on the finest of their grids; a class that a network lacks has probability 0 there.
+// The mean of several networks' scores, on the finest of their grids; a class that a network lacks has probability 0 there.
 // Networks have only the label set in common, so where a network has several values for one class, its highest one stands for
 // it. Probabilities of kUnknown are multiplied with unknown_share. REQUIRES at least one.
 ClassScores average(std::vector<ClassScores> networks, float unknown_share);
 
-// What the likeliest value of a pixel is in the label set, after bilinear interpolation between the cells; ties go to the value
+// The class of each pixel: that of its likeliest value after bilinear interpolation between the cells; ties go to the value
 // listed first.
 Image<ClassId> most_likely(const ClassScores& scores, int image_width, int image_height);
 
@@ -49,11 +49,12 @@ using InstanceDecoder = std::vector<Instance> (*)(const std::vector<Tensor>& out
 SemanticDecoder semantic_decoder(const Model& model);
 InstanceDecoder instance_decoder(const Model& model);
 
-// One output, logits 1 x classes x any height x any width. Softmax over the network's classes.
+// Decodes one output, logits 1 x classes x any height x any width. Softmax over the network's classes.
 ClassScores decode_semantic_logits(const std::vector<Tensor>& outputs, const DecodeContext& context);
 
-// YOLOv8-seg before its own post-processing, S strides: S box distributions (4 sides x bins), S class logits, S mask
-// coefficients, prototypes. Instances in descending score. Their class_of must hold things only; others count as unknown.
+// Decodes YOLOv8-seg before its own post-processing, S strides: S box distributions (4 sides x bins), S class logits, S mask
+// coefficients, prototypes. Returns instances by descending score. class_of must hold things only; other classes count as
+// unknown.
 std::vector<Instance> decode_yolo_seg(const std::vector<Tensor>& outputs, const DecodeContext& context);
 
 }  // namespace panoptic

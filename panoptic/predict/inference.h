@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each inference engine provides to Network; nothing else includes this.
+// The inference engines behind Network; nothing else includes this.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace panoptic {
 
 using Inference = std::function<std::vector<Tensor>(const Tensor&)>;
 
-// Each throws Error if it cannot load the file. `threads` is positive.
+// Each loads a file of weights, and throws Error if it cannot. `threads` is positive.
 Inference load_with_opencv(const std::filesystem::path& weights, int threads);
 #ifdef PANOPTIC_ONNXRUNTIME
 Inference load_with_onnxruntime(const std::filesystem::path& weights, int threads);

@@ -8,7 +8,7 @@
 namespace panoptic {
 namespace {
 
-// Where pixel i lies on the grid along one axis.
+// The place of pixel i on the grid along one axis.
 double on_grid(int i, double cells_per_px, int cells) {
   return std::clamp((i + 0.5) * cells_per_px - 0.5, 0.0, static_cast<double>(cells - 1));
 }

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 

@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "panoptic/base/config.h"
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

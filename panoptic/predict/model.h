@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a network wants and says: the TOML file beside its weights (docs/networks.md).
+// The description of a network's input and output: the TOML file beside its weights (docs/networks.md).
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 #include "panoptic/predict/network.h"
 
 namespace panoptic {
@@ -55,7 +55,7 @@ Model load_model(const std::filesystem::path& path);
 // to the TOML file). Throws Error naming every place tried.
 std::filesystem::path find_weights(const Model& model, Engine engine);
 
-// For each network class its class in the label set, kUnknown where it has none. Uses [class_map.<label set's name>], or else
+// The class in the label set of each network class, kUnknown where it has none. Uses [class_map.<label set's name>], or else
 // equal names. Throws Error if the map names a class that does not exist, or if nothing maps.
 std::vector<ClassId> map_classes(const Model& model, const LabelSet& labels);
 

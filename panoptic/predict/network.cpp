@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "panoptic/base/error.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
 #include "panoptic/predict/inference.h"
 
 namespace panoptic {

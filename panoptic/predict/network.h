@@ -22,7 +22,7 @@ std::vector<Engine> built_in_engines();
 Engine engine_from(std::string_view name);
 std::string_view name_of(Engine engine);
 
-// Row-major, the last dimension fastest; images are N x C x H x W.
+// Numbers row-major, the last dimension fastest; images are N x C x H x W.
 struct Tensor {
   std::vector<int> shape;
   std::vector<float> values;

@@ -7,7 +7,7 @@
 
 #include <memory>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/predict/inference.h"
 
 #ifdef __SANITIZE_ADDRESS__

@@ -6,7 +6,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/predict/inference.h"
 
 namespace panoptic {

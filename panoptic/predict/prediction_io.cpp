@@ -9,11 +9,11 @@
 #include <limits>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
-#include "panoptic/predict/json_value.h"
+#include "panoptic/base/json_value.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {
@@ -100,8 +100,8 @@ bool is_share(float value) { return value >= 0 && value <= 1; }
 
 // Nothing, or why the reader would refuse it.
 std::string why_unwritable(const Segmentation& segmentation, const LabelSet& labels) {
-  const char* why = why_unusable(segmentation, segmentation.segment_at.width(), segmentation.segment_at.height());
-  if (why != nullptr) return why;
+  const Outcome outcome = check(segmentation, segmentation.segment_at.width(), segmentation.segment_at.height());
+  if (!outcome.used) return outcome.reason;
   if (segmentation.segments.size() > kMaxSegments) return fmt::format("more than {} segments", kMaxSegments);
   for (const Segment& segment : segmentation.segments) {
     if (labels.find(segment.class_id) == nullptr)
@@ -179,8 +179,8 @@ Segmentation read_prediction(const PredictionFolder& folder, std::int64_t frame_
   const std::filesystem::path png_path = frame_file(folder.path, frame_index, "png");
   const std::string bytes = read_png_bytes(png_path, folder.width, folder.height);
   segmentation.segment_at = decode_gray16({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, png_path.string());
-  if (const char* why = why_unusable(segmentation, folder.width, folder.height))
-    throw Error(fmt::format("{}: {}", png_path.string(), why));
+  const Outcome outcome = check(segmentation, folder.width, folder.height);
+  if (!outcome.used) throw Error(fmt::format("{}: {}", png_path.string(), outcome.reason));
   return segmentation;
 }
 

@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Predictions on disk: a folder with predictions.json and, per frame, a 16-bit PNG and a JSON file (docs/predictions.md).
-// What is read is equal to what was written.
+// Predictions are read exactly as they were written.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
 
-#include "panoptic/data/labels.h"
-#include "panoptic/data/segmentation.h"
+#include "panoptic/labels.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/predict/predictor_files.h"
+#include "panoptic/predictor.h"
 
 #include <fmt/format.h>
 
@@ -10,15 +10,16 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/predict/coco_panoptic.h"
 #include "panoptic/predict/prediction_io.h"
 
 namespace panoptic {
 namespace {
 
-// What fuse would have left of it with keep_whole_classes = false: pixels of things that were not told apart are unknown.
+// The segmentation that fuse would have made with keep_whole_classes = false: pixels of things that were not told apart are
+// unknown.
 Segmentation without_whole_classes(const Segmentation& segmentation, const LabelSet& labels) {
   Segmentation result{segmentation.segment_at, {}};
   std::vector<std::uint16_t> kept_as = {0};  // by value of segment_at

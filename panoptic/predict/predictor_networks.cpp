@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/predict/predictor_networks.h"
+#include "panoptic/predictor.h"
 
 #include <utility>
 
-#include "panoptic/base/error.h"
+#include "panoptic/base/config.h"
+#include "panoptic/error.h"
 #include "panoptic/predict/decoders.h"
 #include "panoptic/predict/model.h"
 #include "panoptic/predict/network.h"
@@ -113,7 +114,7 @@ class NetworkPredictor final : public Predictor {
 
 Fields fields(NetworkOptions& options) {
   constexpr int kMaxThreads = 1024;
-  Fields all = {
+  return {
       {"semantic", &options.semantic, "model descriptions of the semantic networks; their class probabilities are averaged", {}},
       {"instance", &options.instance, "model description of the instance network", {}},
       {"engine", &options.engine, "inference engine", one_of({"auto", "onnxruntime", "opencv"})},
@@ -127,9 +128,15 @@ Fields fields(NetworkOptions& options) {
        {}},
       {"unknown_share", &options.unknown_share,
        "what counts of the probability of network classes that the label set lacks, when a pixel's class is chosen",
-       in_range(0, 1)}};
-  for (Field& field : fields(options.segmentation)) all.push_back(std::move(field));
-  return all;
+       in_range(0, 1)},
+      {"keep_whole_classes",
+       &options.segmentation.keep_whole_classes,
+       "things that only the semantic network sees keep their class, without an id of their own; false: they are unknown",
+       {}},
+      {"smaller_in_front",
+       &options.segmentation.smaller_in_front,
+       "where masks overlap, the smaller is in front; false: the higher score",
+       {}}};
 }
 
 std::unique_ptr<Predictor> make_network_predictor(const NetworkOptions& options, LabelSet labels) {

@@ -15,7 +15,7 @@ struct Size {
   int height = 0;
 };
 
-// What the image is resized to before it is put into the input.
+// The size that the image is resized to before it is put into the input.
 Size resized_size(int image_width, int image_height, const InputFormat& format) {
   if (format.resize == "stretch") return {format.width, format.height};
   const double ratio =

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From a colour image to a network's input tensor, and where the image lies in it.
+// Turns a colour image into a network's input tensor, and says where the image lies in it.
 #pragma once
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 #include "panoptic/predict/model.h"
 
 namespace panoptic {
@@ -22,7 +22,7 @@ struct Placement {
 
 Placement place(int image_width, int image_height, const InputFormat& format);
 
-// 1 x 3 x height x width. The image must not be empty.
+// The input tensor, 1 x 3 x height x width. The image must not be empty.
 Tensor to_input(const Image<Rgb>& image, const InputFormat& format);
 
 }  // namespace panoptic

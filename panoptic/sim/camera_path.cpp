@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/random.h"
 #include "panoptic/sim/walk.h"
 
@@ -28,7 +28,7 @@ constexpr double kWorthStaying = 1.6;  // weight of new sights for which a perso
 constexpr double kHalfWidth = 0.5;     // of the view that counts as seen, as tangents: a little less than the camera's
 constexpr double kHalfHeight = 0.36;
 
-// What the camera does at one beat.
+// The camera's choice at one beat.
 struct Beat {
   double along_m = 0;  // of the walk
   double yaw = 0;      // continuous, may exceed a turn
@@ -80,7 +80,7 @@ class Gaze {
     return walk_.points[std::min(index, walk_.points.size() - 1)];
   }
 
-  // Where the walk goes, half a metre ahead.
+  // The direction of the walk, half a metre ahead.
   double heading(double along_m) const {
     const Eigen::Vector2d ahead = point(along_m + 0.5) - point(along_m);
     return ahead.norm() < 1e-6 ? 0 : std::atan2(ahead.y(), ahead.x());

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 #include "panoptic/sim/home.h"
 
 namespace panoptic {

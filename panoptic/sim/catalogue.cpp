@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "panoptic/base/config.h"
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/builtin_furniture.h"
 #include "panoptic/sim/furniture_archive.h"
 #include "panoptic/sim/model_asset.h"

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 #include "panoptic/sim/scene.h"
 
 namespace panoptic {
@@ -32,13 +32,13 @@ class Catalogue {
   // Reads the table and the package's list; models are loaded when asked for. Throws Error naming the Debian package if it is
   // absent, or the entry that is missing or damaged.
   explicit Catalogue(const std::filesystem::path& folder = "/usr/share/sweethome3d/furniture");
-  // With a table of one's own in place of the built-in one; the text of a TOML file.
+  // Reads another table in place of the built-in one: the text of a TOML file.
   Catalogue(const std::filesystem::path& folder, std::string_view table);
   ~Catalogue();
   Catalogue(const Catalogue&) = delete;
   Catalogue& operator=(const Catalogue&) = delete;
 
-  // In the order of the table; the index names the furniture.
+  // The furniture in the order of the table; the index is its name elsewhere.
   const std::vector<Furniture>& furniture() const;
   std::vector<std::size_t> with_role(std::string_view role) const;
 

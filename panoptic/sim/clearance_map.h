@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How far every spot of a home's floor is from walls and furniture.
+// The distance of every spot of a home's floor from walls and furniture.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ std::vector<FloorRect> wall_rects(const Home& home);
 
 class ClearanceMap {
  public:
-  // Cells of `cell_m` over the area; distances are exact up to `far_m`.
+  // Makes cells of `cell_m` over the area; distances are exact up to `far_m`.
   ClearanceMap(const Eigen::AlignedBox2d& area, double cell_m, double far_m);
 
   void add(const FloorRect& obstacle);
@@ -38,7 +38,7 @@ class ClearanceMap {
   int cell_at(const Eigen::Vector2d& point) const;  // the nearest one within the area
   Eigen::Vector2d middle(int cell) const;
   double operator[](int cell) const { return clearance_m_[static_cast<std::size_t>(cell)]; }
-  // Between the middles of cells interpolated.
+  // The distance at a point, interpolated between the middles of cells.
   double at(const Eigen::Vector2d& point) const;
 
  private:

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 
-#include "panoptic/data/labels.h"
 #include "panoptic/io/draw_text.h"
+#include "panoptic/labels.h"
 #include "panoptic/sim/visible_things.h"
 
 namespace panoptic {

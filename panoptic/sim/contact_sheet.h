@@ -4,7 +4,7 @@
 // Homes at a glance.
 #pragma once
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {

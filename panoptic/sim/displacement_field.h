@@ -1,18 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How far the boundaries of predicted masks stray, at every pixel: smooth over the image, another field in every frame.
+// A field that says at every pixel how far the boundaries of predicted masks stray: smooth over the image, another one in every
+// frame.
 #pragma once
 
 #include <cstdint>
 #include <utility>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 
-// Adds to the image what a grid of values, one every `step` pixels, gives when interpolated between them. REQUIRES a grid that
-// covers the image: (size - 1) / step + 2 values in each direction.
+// Adds to the image a grid of values, one every `step` pixels, interpolated between them. REQUIRES a grid that covers the
+// image: (size - 1) / step + 2 values in each direction.
 void add_interpolated(const Image<float>& grid, int step, Image<float>& image);
 
 // Two components, each nearly standard normal with a correlation length of a few dozen pixels.

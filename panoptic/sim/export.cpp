@@ -9,10 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/base/error.h"
+#include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
 #include "panoptic/sim/home_statistics.h"
 #include "panoptic/sim/scan_writer.h"
 

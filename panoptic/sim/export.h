@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "panoptic/base/config.h"
 #include "panoptic/sim/prediction_noise.h"
 #include "panoptic/sim/simulation.h"
 
@@ -28,7 +29,7 @@ struct ExportOptions {
 };
 Fields fields(ExportOptions& options);
 
-// Throws Error for a seed or a noise that is none.
+// The options of the simulation. Throws Error for a seed or a noise that is none.
 SimulationOptions simulation_options(const ExportOptions& options);
 
 // Hears how many frames are done; false ends the export.

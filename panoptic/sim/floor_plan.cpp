@@ -10,7 +10,7 @@
 #include <optional>
 #include <span>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/random.h"
 
 namespace panoptic {
@@ -53,7 +53,7 @@ std::vector<RoomKind> kinds_of(int rooms) {
   return {order.begin(), order.begin() + rooms};
 }
 
-// What it costs to reach further rooms through this one: nobody wants to cross a bathroom.
+// The cost of reaching further rooms through this one: nobody wants to cross a bathroom.
 double crossing_cost(RoomKind kind) {
   switch (kind) {
     case RoomKind::kLivingRoom:
@@ -257,7 +257,7 @@ std::optional<FloorPlan> attempt(const HomeOptions& options, std::uint64_t count
   double all_m2 = 0;
   for (std::uint32_t i = 0; i < kinds.size(); ++i) {
     const auto [low_m2, high_m2] = area_range(kinds[i]);
-    // What has no room of its own goes to the living room, which grows for it.
+    // Functions without a room of their own go to the living room, which grows for them.
     const double extra_m2 = i > 0 || kinds.size() > 3 ? 0 : (kinds.size() == 1 ? 8 : 5);
     wishes_m2.push_back(random.uniform(low_m2, high_m2) + extra_m2);
     all_m2 += wishes_m2.back();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which rooms an apartment has, where its walls stand and where they are open. A rectangle is cut again and again; the cuts are
-// the inner walls.
+// The rooms of an apartment, its walls, and the openings in them. A rectangle is cut again and again; the cuts are the inner
+// walls.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ WallFace wall_face(const Eigen::AlignedBox2d& floor, Side side);
 
 enum class Hole : std::uint8_t { kDoorway, kEntrance, kWindow };
 
-// What a wall lacks, as one of its rooms sees it; a doorway is listed once for each of its two rooms.
+// An opening in a wall, as one of its rooms sees it; a doorway is listed once for each of its two rooms.
 struct WallHole {
   Hole kind = Hole::kWindow;
   std::uint32_t room = 0;

@@ -20,7 +20,7 @@ FloorRect rect_of(const Eigen::AlignedBox2d& box);
 Eigen::AlignedBox2d bounds(const FloorRect& rect);
 FloorRect grown(const FloorRect& rect, double margin_m);
 
-// 0 within.
+// The distance of a point from the rectangle; 0 within.
 double distance_m(const FloorRect& rect, const Eigen::Vector2d& point);
 
 // False for rectangles that only touch, or overlap by less than the tolerance.

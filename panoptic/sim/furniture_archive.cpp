@@ -12,9 +12,9 @@
 #include <span>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/image_header.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/obj_model.h"
 
 namespace panoptic {
@@ -31,7 +31,7 @@ constexpr float kMaxSize_m = 100;
 
 using Properties = std::map<std::string, std::string, std::less<>>;  // of one entry of the list
 
-// By the number behind the '#'.
+// Properties by the number behind the '#'.
 std::map<int, Properties> parse_list(std::string_view text) {
   std::map<int, Properties> entries;
   while (!text.empty()) {

@@ -24,7 +24,7 @@ struct ArchiveEntry {
   Eigen::Matrix3f rotation = Eigen::Matrix3f::Identity();  // of the OBJ, in its own axes
 };
 
-// One thread at a time.
+// Not thread-safe: one thread at a time.
 class FurnitureArchive {
  public:
   // Reads the list. Throws Error if the archive or its list is damaged.

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
-#include "panoptic/base/parallel.h"
-#include "panoptic/fusion/mesher.h"
-#include "panoptic/map/object_registry.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/objects.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

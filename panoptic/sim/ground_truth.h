@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ground-truth mesh of a home, frame by frame; ground_truth() in simulation.h is all of it at once.
+// Builds the ground-truth mesh of a home frame by frame; ground_truth() in simulation.h does so for all frames at once.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 #include "panoptic/data/scan_truth.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/registration.h"
-#include "panoptic/map/panoptic_map.h"
+#include "panoptic/map.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {

@@ -6,13 +6,13 @@
 
 #include <vector>
 
-#include "panoptic/data/segmentation.h"
+#include "panoptic/segmentation.h"
 #include "panoptic/sim/observation.h"
 
 namespace panoptic {
 
-// Pieces of whatever surface there is, at places of the world that stay the same: what looks like a chair in one frame does so
-// in the next.
+// Pieces of whatever surface there is, at places of the world that stay the same: a piece that looks like a chair in one frame
+// does so in the next.
 std::vector<Instance> hallucinations(const Observation& observation);
 
 }  // namespace panoptic

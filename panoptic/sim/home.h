@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 #include "panoptic/sim/scene.h"
 
 namespace panoptic {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 #include "panoptic/sim/clearance_map.h"
 
 namespace panoptic {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
 #include "panoptic/sim/home.h"
 
 namespace panoptic {
@@ -26,8 +26,8 @@ HomeStatistics statistics(const Home& home);
 // "61.2 m2 in 4 rooms, 58 objects, ...": one line, then one line per class.
 std::string to_text(const HomeStatistics& statistics, const Home& home);
 
-// From above, 60 pixels per metre, north up: rooms, walls, doorways, things in the colours of their classes with a mark at their
-// front, and the camera's path if there is one.
+// Draws the home from above, 60 pixels per metre, north up: rooms, walls, doorways, things in the colours of their classes with
+// a mark at their front, and the camera's path if there is one.
 Image<Rgb> draw_plan(const Home& home, const std::vector<Pose>& path = {});
 
 }  // namespace panoptic

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

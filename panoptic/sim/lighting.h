@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How much light arrives at the surfaces of a scene: sun, lamps and what the room scatters. It does not depend on the camera,
-// so every place is computed once: when it is first seen. Places are the corners of small triangles and, on large ones, a
-// lattice of points a few centimetres apart, and what is between is interpolated.
+// The light that arrives at the surfaces of a scene: from the sun, from lamps, and scattered by the room. It does not depend on
+// the camera, so every place is computed once: when it is first seen. Places are the corners of small triangles and, on large
+// ones, a lattice of points a few centimetres apart, and what is between is interpolated.
 #pragma once
 
 #include <array>

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 #include "panoptic/sim/scene.h"
 
 namespace panoptic {

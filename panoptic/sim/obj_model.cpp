@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

@@ -13,7 +13,7 @@
 
 namespace panoptic {
 
-// What can go wrong; each has chance of its own.
+// Errors of networks; each has chance of its own.
 enum class Effect : std::uint64_t { kMissed = 0x4e31, kMerged, kSplit, kHallucinated, kConfused, kFavourite, kWhich, kScore };
 
 struct Observation {
@@ -35,7 +35,7 @@ struct Observation {
                      std::sqrt(1 - by_object - by_view) * nearly_normal(hash_bits(stream, frame_number()));
     return share_below(z);
   }
-  // The same in every frame, uniform.
+  // A number in 0..1, uniform over all keys and the same in every frame.
   double fixed_chance(Effect effect, std::uint64_t key) const {
     return unit_interval(hash_bits(seed, static_cast<std::uint64_t>(effect), ~key));
   }

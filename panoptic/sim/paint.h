@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 

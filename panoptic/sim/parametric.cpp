@@ -9,7 +9,7 @@
 #include <map>
 #include <numbers>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/parametric_shapes.h"
 
 namespace panoptic {

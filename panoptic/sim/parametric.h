@@ -25,7 +25,7 @@ std::vector<std::string> parametric_shapes();
 // Throws Error listing the shapes if there is none of that name.
 void require_parametric_shape(std::string_view shape);
 
-// In the frame that SceneModel states. The same shape gives the same bytes. Throws Error as above.
+// Makes the model in the frame that SceneModel states. The same shape gives the same bytes. Throws Error as above.
 ModelAsset make_parametric(const ParametricShape& shape);
 
 }  // namespace panoptic

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How each parametric shape is put together. Coordinates are those of the finished model: x from -w/2 to w/2, y from -d/2
-// (front) to d/2, z from 0 to h.
+// Functions that put each parametric shape together. Coordinates are those of the finished model: x from -w/2 to w/2, y from
+// -d/2 (front) to d/2, z from 0 to h.
 #pragma once
 
 #include "panoptic/sim/model_builder.h"

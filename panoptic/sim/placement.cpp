@@ -36,7 +36,7 @@ std::optional<std::size_t> stand_at_wall(RoomLayout& layout, std::size_t furnitu
   return layout.place(furniture, stand, front_zone(probe, rule.free_front_m, rule.free_sides_m));
 }
 
-// Where along the wall to try: both corners, then anywhere.
+// Places along the wall to try: both corners, then anywhere.
 std::vector<double> centers_along(RoomLayout& layout, const WallFace& face, double width_m, const AgainstWall& rule) {
   if (rule.center_m) return {*rule.center_m};
   const double low_m = width_m / 2 + rule.gap_m + rule.free_sides_m;
@@ -46,7 +46,7 @@ std::vector<double> centers_along(RoomLayout& layout, const WallFace& face, doub
   if (layout.random().chance(0.5)) std::swap(centers[0], centers[1]);
   if (rule.in_corner) return centers;
   for (int i = 0; i < kTries; ++i) centers.push_back(layout.random().uniform(low_m, high_m));
-  // What needs free sides looks better in the middle of the wall.
+  // Furniture that needs free sides looks better in the middle of the wall.
   if (rule.free_sides_m > 0) std::rotate(centers.begin(), centers.begin() + 2, centers.end());
   return centers;
 }

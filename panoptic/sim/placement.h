@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which furniture comes into which room, and where. Roles that the catalogue lacks, and what finds no place, are left out.
+// Decides which furniture comes into which room, and where. Roles that the catalogue lacks, and pieces that find no place, are
+// left out.
 #pragma once
 
 #include "panoptic/sim/room_layout.h"
 
 namespace panoptic {
 
-// Everything that makes the room what its kind says. A living room also takes what the home has no room of its own for.
+// Places everything that makes the room what its kind says. A living room also takes what the home has no room of its own for.
 void furnish(RoomLayout& layout, const std::vector<Room>& home);
 
 // The building blocks of the rules. All give the index of the placement.
@@ -22,18 +23,18 @@ struct AgainstWall {
 };
 std::optional<std::size_t> against_wall(RoomLayout& layout, std::string_view role, const AgainstWall& rule = {});
 
-// To the left or right of `neighbour`, back to the same wall.
+// Places something to the left or right of `neighbour`, its back to the same wall.
 std::optional<std::size_t> beside(RoomLayout& layout, std::string_view role, std::size_t neighbour, bool on_the_left,
                                   double gap_m = 0.03);
 
-// With its back to nothing: somewhere in the middle of the room.
+// Places something with its back to nothing, in the middle of the room.
 std::optional<std::size_t> in_the_open(RoomLayout& layout, std::string_view role, double free_around_m);
 
-// Chairs on the sides of a table or desk, facing it, partly below it. `most` on all sides together.
+// Places chairs on the sides of a table or desk, facing it, partly below it. `most` on all sides together.
 int chairs_at(RoomLayout& layout, std::string_view role, std::size_t table, int most);
 std::optional<std::size_t> chair_before(RoomLayout& layout, std::string_view role, std::size_t desk);
 
-// Things on the top of `carrier`; the number of them.
+// Places things on the top of `carrier`; returns the number of them.
 int things_on(RoomLayout& layout, std::string_view role, std::size_t carrier, int most);
 
 // Families of rules, one file each.

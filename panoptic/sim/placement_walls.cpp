@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What hangs on walls and belongs to windows.
+// Rules for furniture that hangs on walls or belongs to windows.
 #include <algorithm>
 
 #include "panoptic/sim/placement.h"

@@ -16,7 +16,7 @@ struct Mistake {
   float weight;
 };
 
-// By shape, use and place, as detectors on indoor images err. Reviewed by hand, not measured.
+// Confusions by shape, use and place, as detectors on indoor images err. Reviewed by hand, not measured.
 constexpr auto kMistakes = std::to_array<Mistake>({
     {"cabinet", "otherfurniture", 3},
     {"cabinet", "bookshelf", 2},

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/displacement_field.h"
 #include "panoptic/sim/prediction_stuff.h"
 #include "panoptic/sim/prediction_things.h"

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From true masks to what networks give. Presets: "oracle", "good", "maskrcnn" (single-frame PQ about 40), "poor".
+// Turns true masks into predictions like those of networks. Presets: "oracle", "good", "maskrcnn" (single-frame PQ about 40),
+// "poor".
 #pragma once
 
 #include <cstdint>
@@ -9,14 +10,14 @@
 #include <vector>
 
 #include "panoptic/base/config.h"
-#include "panoptic/data/labels.h"
-#include "panoptic/data/segmentation.h"
+#include "panoptic/labels.h"
+#include "panoptic/segmentation.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {
 
-// The defaults are the oracle. Every chance is that of one thing in one frame; how much it is the same in all frames is said
-// by object_share and view_share. What is drawn where is told in docs/simulator.md.
+// The defaults are the oracle. Every chance is that of one thing in one frame; object_share and view_share say how much of it
+// is the same in all frames. docs/simulator.md tells which chances are drawn where.
 struct PredictionNoise {
   float missed = 0;           // chance that a thing is not found although it is near, large and whole
   float small_px = 0;         // of things with a mask of this many pixels half are missed besides; of larger ones fewer
@@ -44,8 +45,8 @@ Fields fields(PredictionNoise& noise);
 PredictionNoise prediction_noise_preset(const std::string& name);
 const std::vector<std::string>& prediction_noise_presets();
 
-// What the networks would give for the frame, fused as theirs is (Eq. 1); segments in an order of its own in every frame.
-// `labels` is the label set of the scene's classes. Depends on (noise, seed, frame) alone. Any thread.
+// The prediction that networks would give for the frame, fused as theirs is (Eq. 1); segments have an order of their own in
+// every frame. `labels` is the label set of the scene's classes. Depends on (noise, seed, frame) alone. Any thread.
 Segmentation predict_with_noise(const PredictionNoise& noise, std::uint64_t seed, const SimulatedFrame& frame,
                                 const LabelSet& labels);
 

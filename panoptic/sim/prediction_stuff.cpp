@@ -43,7 +43,7 @@ Image<float> patch_field(const Observation& o, std::uint64_t purpose) {
   return field;
 }
 
-// What becomes of a pixel, by its two fields.
+// Decides the class of a pixel by its two fields.
 class StuffRule {
  public:
   explicit StuffRule(const Observation& o)

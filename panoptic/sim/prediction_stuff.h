@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a semantic network would say of a frame's pixels.
+// The classes that a semantic network would give a frame's pixels.
 #pragma once
 
-#include "panoptic/base/image.h"
-#include "panoptic/data/labels.h"
+#include "panoptic/image.h"
+#include "panoptic/labels.h"
 #include "panoptic/sim/displacement_field.h"
 #include "panoptic/sim/observation.h"
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Random numbers of a known algorithm (splitmix64), so that a seed means the same on every machine and with every compiler:
-// the distributions of <random> promise no such thing. A stream is (seed, purpose, counter): to draw for frame 12 alone,
-// make Random(seed, kPurpose, 12). Not for secrets.
+// Random numbers of a known algorithm (splitmix64), so that a seed means the same on every machine and with every compiler: the
+// distributions of <random> do not promise that. A stream is (seed, purpose, counter): to draw for frame 12 alone, make
+// Random(seed, kPurpose, 12). Not for secrets.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

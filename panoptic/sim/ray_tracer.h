@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which triangle a ray meets and which is nearest to a point: the one seam to Embree.
+// Finds the triangle that a ray meets and the one nearest to a point: the one seam to Embree.
 #pragma once
 
 #include <array>
@@ -57,7 +57,7 @@ class RayTracer {
   void trace(const RayPacket& rays, PacketHits& hits) const;
   RayHit trace(const Vec3f& origin, const Vec3f& direction, float max_distance) const;
 
-  // The triangle with the point nearest to p, none beyond max_m; of several the one with the lowest number.
+  // The triangle with the point nearest to p, at the same distance the one with the lowest number; nothing beyond max_m.
   std::optional<NearestTriangle> nearest(const Vec3d& p, double max_m) const;
 
  private:

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 #include "panoptic/sim/lighting.h"
 #include "panoptic/sim/ray_tracer.h"
 #include "panoptic/sim/surfaces.h"
@@ -19,13 +19,13 @@ namespace {
 constexpr int kTileWidth = 4;
 constexpr int kTileHeight = kPacketRays / kTileWidth;
 
-// What colour needs of a triangle beyond its material, or of a material.
+// Data that colour needs of a triangle beyond its material, or of a material.
 struct Paint {
   Vec3f color = Vec3f::Ones();  // linear
   std::int32_t texture = -1;
 };
 
-// From pixels to rays in the world whose length is one metre of planar depth.
+// Turns pixels into rays in the world whose length is one metre of planar depth.
 struct PixelRays {
   PixelRays(const Camera& camera, const Pose& world_from_camera)
       : origin(world_from_camera.translation().cast<float>()),

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a perfect camera sees of a scene: ray casting with Embree.
+// Draws a scene as a perfect camera sees it: ray casting with Embree.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
 #include "panoptic/sim/scene.h"
 
 namespace panoptic {

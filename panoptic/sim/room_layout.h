@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What stands where in one room, and whether something more may stand there: nothing runs into anything else or the walls,
-// doorways and windows stay free, and a person reaches every doorway and nearly all free floor.
+// The furniture of one room in its places, and whether something more may stand there: nothing runs into anything else or the
+// walls, doorways and windows stay free, and a person reaches every doorway and nearly all free floor.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct PlacedFurniture {
   Eigen::Vector2d front() const { return -base.across(); }  // the direction that it faces
 };
 
-// Where something is to stand; `front` is the direction that it faces.
+// The place where something is to stand; `front` is the direction that it faces.
 struct Stand {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   Eigen::Vector2d front = -Eigen::Vector2d::UnitY();
@@ -41,8 +41,8 @@ struct Stand {
   std::optional<std::size_t> partner;
 };
 
-// Floor (or air) that is to stay free: before doors, windows, wardrobes. Chairs may stand in what furniture keeps free, and what
-// belongs to the furniture (its partner) too.
+// Floor (or air) that is to stay free: before doors, windows, wardrobes. Chairs may stand where furniture keeps the floor free,
+// and so may what belongs to the furniture (its partner).
 struct FreeZone {
   FloorRect area;
   double low_m = 0;
@@ -67,9 +67,9 @@ class RoomLayout {
   std::vector<std::size_t> candidates(std::string_view role);
   std::optional<std::size_t> find(std::string_view role) const;  // the first placement of that role
 
-  // Puts it there if it may stand there and `zone`, which it keeps free, is free; the index of the placement.
+  // Puts furniture there if it may stand there and `zone`, which it keeps free, is free; returns the index of the placement.
   std::optional<std::size_t> place(std::size_t furniture, const Stand& stand, const std::optional<FreeZone>& zone = std::nullopt);
-  // Puts it there unasked: doors and windows, which are part of the walls.
+  // Puts furniture there without any check: doors and windows, which are part of the walls.
   std::size_t build_in(std::size_t furniture, const Stand& stand);
   void reserve(const FreeZone& zone) { zones_.push_back(zone); }
 

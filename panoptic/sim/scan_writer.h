@@ -30,10 +30,10 @@ struct ExportedFrame {
   std::optional<SimulatedFrame> truth;  // where the frame enters the ground truth
 };
 
-// Any thread.
+// Makes a frame of the export, on any thread.
 ExportedFrame make_frame(const Simulation& simulation, const ExportOptions& options, std::size_t position);
 
-// In the order of the frames, one thread at a time.
+// Writes frames in their order, one thread at a time.
 class ScanWriter {
  public:
   ScanWriter(std::filesystem::path folder, const Simulation& simulation, const ExportOptions& options);

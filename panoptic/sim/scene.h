@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A furnished home as triangles: what the layout makes and the renderer draws. World axes: x and y along the floor, z up, the
-// floor at z = 0; metres. Classes are those of the scannet20 label set; kUnknown (ceiling, window reveals) is void in the truth.
+// A furnished home as triangles: the layout makes it, the renderer draws it. World axes: x and y along the floor, z up, the
+// floor at z = 0; metres. Classes are those of the scannet20 label set; kUnknown (ceiling, window reveals) is void in the
+// truth.
 #pragma once
 
 #include <array>
@@ -10,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
-#include "panoptic/data/labels.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
+#include "panoptic/labels.h"
 
 namespace panoptic {
 

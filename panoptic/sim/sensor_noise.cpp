@@ -9,8 +9,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "panoptic/base/error.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/parallel.h"
 #include "panoptic/sim/random.h"
 #include "panoptic/sim/smooth_noise.h"
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From a perfect rendering to what a depth sensor and a hand-held camera give. Presets: "none", "kinect" (the sensor alone),
-// "drift" (kinect, and poses that wander off), "harsh" (drift, motion blur and exposure).
+// Turns a perfect rendering into images like those of a depth sensor and a hand-held camera. Presets: "none", "kinect" (the
+// sensor alone), "drift" (kinect, and poses that wander off), "harsh" (drift, motion blur and exposure).
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "panoptic/base/config.h"
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 #include "panoptic/sim/renderer.h"
 
 namespace panoptic {
 
-// What the simulated camera takes in a second.
+// The number of frames that the simulated camera takes in a second.
 constexpr double kFrameRate_hz = 30;
 
 // The defaults are free of noise.

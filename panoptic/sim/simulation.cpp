@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/camera_path.h"
 #include "panoptic/sim/catalogue.h"
 
@@ -74,7 +74,7 @@ const std::vector<Pose>& Simulation::true_path() const { return state_->true_pat
 
 ReadResult Simulation::read(std::size_t position) const {
   Frame frame = simulate(position).frame;
-  if (const auto reason = why_unusable(frame)) return {std::nullopt, {frame.index, *reason}};
+  if (const Outcome outcome = check(frame); !outcome.used) return {std::nullopt, {frame.index, outcome.reason}};
   return {std::move(frame), {}};
 }
 

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/frame.h"
 #include "panoptic/data/scan_truth.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/frame.h"
 #include "panoptic/sim/home.h"
 #include "panoptic/sim/renderer.h"
 #include "panoptic/sim/sensor_noise.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <string_view>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 #include "panoptic/sim/random.h"
 
 namespace panoptic {

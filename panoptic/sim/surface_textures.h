@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What walls and floors look like: pictures that repeat without a seam, each of which covers kTextureSide_m.
+// Textures of walls and floors: pictures that repeat without a seam, each of which covers kTextureSide_m.
 #pragma once
 
 #include <cstdint>
 
-#include "panoptic/base/image.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 

@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
+#include "panoptic/geometry.h"
 #include "panoptic/sim/scene.h"
 
 namespace panoptic {
 
-// Where a triangle comes from.
+// The origin of a triangle in the scene.
 struct SurfaceOrigin {
   std::uint32_t object = 0;    // index into Scene::objects
   std::uint32_t triangle = 0;  // index into the object's SceneModel::triangles
@@ -34,7 +34,7 @@ Surfaces flatten(const Scene& scene);
 // The linear map of an object's normals (not of unit length) to the world's: the inverse transpose of its scale and rotation.
 Eigen::Matrix3f world_from_object_normal(const SceneObject& object);
 
-// Of length one; straight up where v is zero.
+// The vector at length one; straight up where v is zero.
 Vec3f unit(const Vec3f& v);
 
 Vec3f world_point(const SceneObject& object, const Vec3f& model_point);

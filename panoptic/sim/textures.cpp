@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 
+#include "panoptic/base/floor.h"
+
 namespace panoptic {
 namespace {
 
@@ -58,7 +60,7 @@ Image<Rgb> halved(const Image<Rgb>& image) {
   return half;
 }
 
-// Where texel coordinate x lies between two columns of a repeating image.
+// The place of texel coordinate x between two columns of a repeating image.
 struct Between {
   int low;
   int high;

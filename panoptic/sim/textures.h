@@ -7,8 +7,8 @@
 #include <array>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
 
 namespace panoptic {
 

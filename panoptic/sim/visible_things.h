@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which things a rendering shows, and how well.
+// Finds the things that a rendering shows, and how well it shows them.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct VisibleThing {
   Vec3d center_m = Vec3d::Zero();  // mean of its visible points in the camera's frame
 };
 
-// Ascending by instance.
+// The visible things, ascending by instance.
 std::vector<VisibleThing> visible_things(const Rendering& rendering, const Camera& camera);
 
 // Pairs of positions in `things` (first below second): of one class, next to each other in the image and in depth.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a person walks who is to see everything in a home: a smooth line over the floor through all rooms and back.
+// The way of a person who is to see everything in a home: a smooth line over the floor through all rooms and back.
 #pragma once
 
 #include <vector>
@@ -19,10 +19,10 @@ struct Sight {
   double weight = 1;
 };
 
-// What there is to see: the sides and tops of things, walls and floors in patches.
+// All sights of a home: the sides and tops of things, walls and floors in patches.
 std::vector<Sight> sights(const Home& home, const ClearanceMap& clearance);
 
-// Whether the sight is seen well from an eye in its room: 0.75 to 3 m away and not too obliquely.
+// True if the sight is seen well from an eye in its room: 0.75 to 3 m away and not too obliquely.
 bool is_in_reach(const Sight& sight, const Vec3d& eye);
 
 // Distances from walls and from all furniture below `head_m`.

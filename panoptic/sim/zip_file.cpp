@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

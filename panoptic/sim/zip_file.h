@@ -12,7 +12,7 @@ struct zip;
 
 namespace panoptic {
 
-// One thread at a time.
+// Not thread-safe: one thread at a time.
 class ZipFile {
  public:
   // Throws Error if the file is absent or no zip archive.

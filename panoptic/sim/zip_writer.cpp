@@ -10,8 +10,8 @@
 #include <new>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 
 namespace panoptic {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
-#include "panoptic/io/mesh_io.h"
 #include "panoptic/io/scannet_scan.h"
+#include "panoptic/outputs.h"
 #include "tests/apps/program.h"
 #include "tests/fresh_folder.h"
 #include "tests/shared_data.h"

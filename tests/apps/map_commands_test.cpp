@@ -9,8 +9,8 @@
 #include <random>
 
 #include "panoptic/base/files.h"
-#include "panoptic/map/map_file.h"
-#include "panoptic/map/sqlite.h"
+#include "panoptic/map_file.h"
+#include "panoptic/mapfile/sqlite.h"
 #include "tests/apps/run_fixture.h"
 #include "tests/fresh_seed.h"
 #include "tests/places.h"
@@ -48,7 +48,7 @@ class Map : public test::Run {
     return all;
   }
   ProgramResult run_with_map(const std::vector<std::string>& more = {}) const { return run_program(arguments(more)); }
-  // Of a run that nothing disturbed.
+  // The hash of a run that nothing disturbed.
   std::string expected_hash() const {
     const fs::path out = fresh_folder("undisturbed");
     const ProgramResult result =

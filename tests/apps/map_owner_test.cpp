@@ -7,7 +7,7 @@
 #include <csignal>
 
 #include "panoptic/base/files.h"
-#include "panoptic/map/map_file.h"
+#include "panoptic/map_file.h"
 #include "tests/apps/run_fixture.h"
 
 namespace panoptic {

@@ -9,7 +9,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/io/scannet_scan.h"
-#include "panoptic/map/map_file.h"
+#include "panoptic/map_file.h"
 #include "tests/apps/run_fixture.h"
 #include "tests/viewer/browser.h"
 

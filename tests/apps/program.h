@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "panoptic/base/json.h"
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
 
 namespace panoptic::test {
 

@@ -9,7 +9,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
 #include "tests/apps/run_fixture.h"
 
 namespace panoptic {
@@ -51,7 +51,7 @@ TEST_F(Run, ARecordingWithoutAnyUsableFrameStillEndsWithAReport) {
   EXPECT_EQ(report()["frames"]["used"], 0);
 }
 
-// As a full disk: no file can be longer.
+// Acts as a full disk: no file can be longer.
 std::function<void()> limit_file_bytes(std::uintmax_t bytes) {
   return [bytes] {
     const rlimit limit{bytes, bytes};

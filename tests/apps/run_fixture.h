@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the tests of `panoptic run` from outside share: a recording, an output folder, predictions.
+// Shared by the tests of `panoptic run` from outside: a recording, an output folder, predictions.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 #include "panoptic/predict/prediction_io.h"
 #include "tests/apps/program.h"
 #include "tests/fresh_folder.h"

@@ -4,7 +4,7 @@
 // `panoptic run` and where its labels come from: flags, options, predictions, label sets.
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
 #include "tests/apps/run_fixture.h"
 
 namespace panoptic {

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "panoptic/base/files.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
 #include "tests/apps/run_fixture.h"
 
 namespace panoptic {

@@ -4,7 +4,8 @@
 // `panoptic run` from outside: files, options, exit codes.
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
+#include "panoptic/profile.h"
 #include "tests/apps/run_fixture.h"
 
 namespace panoptic {

@@ -8,7 +8,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
 #include "tests/apps/run_fixture.h"
 #include "tests/viewer/browser.h"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 
 #include <gtest/gtest.h>
 

@@ -14,8 +14,8 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/base/error.h"
-#include "panoptic/base/image.h"
+#include "panoptic/error.h"
+#include "panoptic/image.h"
 
 namespace panoptic::test {
 

@@ -26,8 +26,9 @@ Study small_study() {
   return study;
 }
 
-const std::vector<Outcome>& small_outcomes() {
-  static const std::vector<Outcome> kOutcomes = run(small_study().experiment, [](std::size_t, std::size_t) { return true; });
+const std::vector<SettingResult>& small_outcomes() {
+  static const std::vector<SettingResult> kOutcomes =
+      run(small_study().experiment, [](std::size_t, std::size_t) { return true; });
   return kOutcomes;
 }
 

@@ -14,12 +14,12 @@ int main() {
   frame.color = panoptic::Image<panoptic::Rgb>(160, 120, panoptic::Rgb{200, 100, 50});
   const panoptic::Segmentation segmentation{panoptic::Image<std::uint16_t>(160, 120, 1), {panoptic::Segment{wall, 1.0F, {}}}};
 
-  panoptic::Session session(panoptic::Options{}, labels);
-  if (const auto reason = session.add(frame, segmentation)) {
-    std::printf("the frame was refused: %s\n", reason->c_str());
+  panoptic::Mapper mapper(panoptic::Options{}, labels);
+  if (const panoptic::Outcome outcome = mapper.add(frame, segmentation); !outcome.used) {
+    std::printf("the frame was refused: %s\n", outcome.reason.c_str());
     return 1;
   }
-  const panoptic::Mesh mesh = session.mesh();
-  std::printf("%zu blocks, %zu vertices\n", session.map().voxels.block_count(), mesh.vertices.size());
+  const panoptic::Mesh mesh = mapper.mesh();
+  std::printf("%zu blocks, %zu vertices\n", mapper.map().voxels.block_count(), mesh.vertices.size());
   return !mesh.vertices.empty() && mesh.vertices[0].class_id == wall ? 0 : 1;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/data/frame.h"
+#include "panoptic/frame.h"
 
 #include <gtest/gtest.h>
 
@@ -28,12 +28,13 @@ Frame good_frame() {
 std::string reason_after(const std::function<void(Frame&)>& harm) {
   Frame frame = good_frame();
   harm(frame);
-  return why_unusable(frame).value_or("usable");
+  const Outcome outcome = check(frame);
+  return outcome.used ? "usable" : outcome.reason;
 }
 
-TEST(WhyUnusable, AcceptsAGoodFrame) { EXPECT_EQ(why_unusable(good_frame()), std::nullopt); }
+TEST(CheckFrame, AcceptsAGoodFrame) { EXPECT_EQ(check(good_frame()), Outcome{}); }
 
-TEST(WhyUnusable, NamesAPoseThatIsNotFiniteInAnyElement) {
+TEST(CheckFrame, NamesAPoseThatIsNotFiniteInAnyElement) {
   for (const double bad : {kNaN, kInfinity, -kInfinity}) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
@@ -43,7 +44,7 @@ TEST(WhyUnusable, NamesAPoseThatIsNotFiniteInAnyElement) {
   }
 }
 
-TEST(WhyUnusable, NamesPosesThatAreNotRigid) {
+TEST(CheckFrame, NamesPosesThatAreNotRigid) {
   EXPECT_EQ(reason_after([](Frame& f) { f.world_from_camera.linear() *= 1.1; }), "pose is not a rigid transform");
   EXPECT_EQ(reason_after([](Frame& f) { f.world_from_camera.linear().setZero(); }), "pose is not a rigid transform");
   EXPECT_EQ(reason_after([](Frame& f) { f.color_from_depth.linear() *= 2; }), "colour camera pose is not a rigid transform");
@@ -51,7 +52,7 @@ TEST(WhyUnusable, NamesPosesThatAreNotRigid) {
             "colour camera pose is not a rigid transform");
 }
 
-TEST(WhyUnusable, NamesBadIntrinsics) {
+TEST(CheckFrame, NamesBadIntrinsics) {
   const std::vector<std::function<void(Camera&)>> harms = {[](Camera& c) { c.fx = 0; },    [](Camera& c) { c.fy = -1; },
                                                            [](Camera& c) { c.fx = kNaN; }, [](Camera& c) { c.fy = kInfinity; },
                                                            [](Camera& c) { c.cx = kNaN; }, [](Camera& c) { c.cy = kInfinity; },
@@ -62,7 +63,7 @@ TEST(WhyUnusable, NamesBadIntrinsics) {
   }
 }
 
-TEST(WhyUnusable, NamesIntrinsicsThatAreNotInPixels) {
+TEST(CheckFrame, NamesIntrinsicsThatAreNotInPixels) {
   const std::vector<std::function<void(Camera&)>> harms = {[](Camera& c) { c.fx = c.fy = 0.3; },    // shares of the image
                                                            [](Camera& c) { c.fx = c.fy = 0.004; },  // metres
                                                            [](Camera& c) { c.fy = 0.09; }, [](Camera& c) { c.cx = 1e6; },
@@ -75,22 +76,22 @@ TEST(WhyUnusable, NamesIntrinsicsThatAreNotInPixels) {
   }
 }
 
-TEST(WhyUnusable, AcceptsACameraThatSees120Degrees) {
+TEST(CheckFrame, AcceptsACameraThatSees120Degrees) {
   EXPECT_EQ(reason_after([](Frame& f) { f.depth_camera.fx = f.depth_camera.fy = 2 / std::tan(3.14159 / 3); }), "usable");
 }
 
-TEST(WhyUnusable, NamesMissingImages) {
+TEST(CheckFrame, NamesMissingImages) {
   EXPECT_EQ(reason_after([](Frame& f) { f.depth = {}; }), "depth image is missing");
   EXPECT_EQ(reason_after([](Frame& f) { f.color = {}; }), "colour image is missing");
 }
 
-TEST(WhyUnusable, NamesImagesOfTheWrongSize) {
+TEST(CheckFrame, NamesImagesOfTheWrongSize) {
   EXPECT_EQ(reason_after([](Frame& f) { f.depth = Image<float>(3, 4, 1.0F); }), "depth image has the wrong size");
   EXPECT_EQ(reason_after([](Frame& f) { f.depth = Image<float>(8, 6, 1.0F); }), "depth image has the wrong size");
   EXPECT_EQ(reason_after([](Frame& f) { f.color = Image<Rgb>(4, 3); }), "colour image has the wrong size");
 }
 
-TEST(WhyUnusable, NamesADepthImageWithoutAnyReading) {
+TEST(CheckFrame, NamesADepthImageWithoutAnyReading) {
   for (const float nothing : {0.0F, -1.0F, kNaN32, std::numeric_limits<float>::infinity()}) {
     EXPECT_EQ(reason_after([&](Frame& f) { f.depth = Image<float>(4, 3, nothing); }), "depth image has no reading");
   }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 
 #include <gmock/gmock.h>
 
@@ -246,7 +246,7 @@ TEST(ColorOf, NeighbouringObjectsHaveDistinctColours) {
   }
 }
 
-// As pictures of earlier versions show them.
+// Pictures of earlier versions have these colours.
 TEST(ColorOf, SmallIdsKeepTheirColoursAndLargeOnesHaveSome) {
   const LabelSet labels = small_set();
   const auto color = [&](std::uint32_t k) { return color_of(static_cast<PanopticId>(labels.first_thing() + k), labels); };

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/data/object_shapes.h"
+#include "panoptic/mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,8 @@
 #include <random>
 #include <vector>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/data/speaker.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/data/segmentation.h"
+#include "panoptic/segmentation.h"
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ constexpr SegmentationOptions kAsInThePaper{.keep_whole_classes = false, .smalle
 // Eq. 1 as the paper writes it, one pixel at a time, against what fuse says about that pixel.
 void expect_equation_1(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& set) {
   const Segmentation fused = fuse(semantic, instances, set, kAsInThePaper);
-  ASSERT_EQ(why_unusable(fused, semantic.width(), semantic.height()), nullptr);
+  ASSERT_EQ(check(fused, semantic.width(), semantic.height()).reason, "");
   std::vector<int> owner(fused.segments.size(), -1);
   for (int v = 0; v < semantic.height(); ++v) {
     for (int u = 0; u < semantic.width(); ++u) {
@@ -182,7 +182,7 @@ TEST(Fuse, NeverRunsOutOfSegmentNumbers) {
   Image<ClassId> semantic(300, 300);
   for (std::size_t i = 0; i < semantic.size(); ++i) semantic[i] = static_cast<ClassId>(2 + i % kStuffClasses);
   const Segmentation fused = fuse(semantic, instances, many);
-  EXPECT_EQ(why_unusable(fused, 300, 300), nullptr);
+  EXPECT_EQ(check(fused, 300, 300).reason, "");
   ASSERT_GT(fused.segments.size(), std::size_t{kStuffClasses} + 60000);
   ASSERT_LE(fused.segments.size(), 65535U);
   for (std::size_t i = 66000; i < semantic.size(); ++i) {
@@ -198,14 +198,14 @@ TEST(Fuse, OfNothingIsNothing) {
 }
 
 TEST(SegmentationWhyUnusable, AcceptsAnEmptyOneAndNamesEachFault) {
-  EXPECT_EQ(why_unusable(Segmentation{}, 4, 3), nullptr);
+  EXPECT_EQ(check(Segmentation{}, 4, 3).reason, "");
   Segmentation segmentation{Image<std::uint16_t>(4, 3), {Segment{}}};
-  EXPECT_EQ(why_unusable(segmentation, 4, 3), nullptr);
-  EXPECT_STREQ(why_unusable(segmentation, 3, 4), "segmentation and colour image differ in size");
+  EXPECT_EQ(check(segmentation, 4, 3).reason, "");
+  EXPECT_EQ(check(segmentation, 3, 4).reason, "segmentation and colour image differ in size");
   segmentation.segment_at(3, 2) = 1;
-  EXPECT_EQ(why_unusable(segmentation, 4, 3), nullptr);
+  EXPECT_EQ(check(segmentation, 4, 3).reason, "");
   segmentation.segment_at(3, 2) = 2;
-  EXPECT_STREQ(why_unusable(segmentation, 4, 3), "segmentation names a segment that does not exist");
+  EXPECT_EQ(check(segmentation, 4, 3).reason, "segmentation names a segment that does not exist");
 }
 
 }  // namespace

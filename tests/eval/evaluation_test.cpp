@@ -14,7 +14,7 @@
 #include "panoptic/eval/run_folder.h"
 #include "panoptic/eval/scores_text.h"
 #include "panoptic/io/category_map.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
-#include "panoptic/base/parallel.h"
 #include "panoptic/eval/nearest_points.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

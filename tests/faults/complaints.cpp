@@ -10,8 +10,9 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
-#include "panoptic/io/mesh_io.h"
-#include "panoptic/map/map_file.h"
+#include "panoptic/map_file.h"
+#include "panoptic/outputs.h"
+#include "panoptic/profile.h"
 #include "tests/faults/operations.h"
 
 namespace panoptic::test {
@@ -24,8 +25,8 @@ bool names_reason(const std::string& text, const Fault& fault) {
   if (fault.error != 0 && contains(text, std::strerror(fault.error))) return true;
   if (fault.error == EIO && contains(text, "disk I/O error")) return true;
   if (fault.error == EMFILE && contains(text, "unable to open database file")) return true;
-  // What it cannot open for writing SQLite opens for reading, and what it cannot look at it takes for moved: then it knows only
-  // that it may not write, and the remedy names the disk.
+  // SQLite opens for reading a file that it cannot open for writing, and takes a file that it cannot look at for moved: then it
+  // knows only that it may not write, and the remedy names the disk.
   const bool looks_read_only = contains(text, "readonly database; check that the disk is neither full nor read-only");
   if (looks_read_only && (contains(fault.calls, "create") || contains(fault.calls, "look"))) return true;
   // SQLite tries a full disk again in another way and then tells why that failed.

@@ -16,7 +16,7 @@
 #include <random>
 #include <set>
 
-#include "panoptic/base/profile.h"
+#include "panoptic/profile.h"
 #include "tests/faults/operations.h"
 #include "tests/fresh_seed.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "panoptic/base/files.h"
-#include "panoptic/data/labels.h"
+#include "panoptic/labels.h"
 #include "panoptic/predict/prediction_io.h"
 #include "tests/fresh_folder.h"
 #include "tests/fusion/scenes.h"
@@ -78,7 +78,7 @@ void FaultWorld::make_map() {
   if (!fs::exists(given_ / "map.panoptic")) must_do(run_arguments((given_ / "map.panoptic").string()));
 }
 
-// Of the same place, with one frame less.
+// Makes a map of the same place, with one frame less.
 void FaultWorld::make_later_map() {
   make_map();
   if (fs::exists(given_ / "later.panoptic")) return;
@@ -99,7 +99,7 @@ void FaultWorld::make_early_end() {
   fs::rename(place_, before_ / "resume");
 }
 
-// What is there before an operation changes it.
+// Makes the files that are there before an operation changes them.
 void FaultWorld::make_before(const std::string& name) {
   if (name == "resume") return make_early_end();
   fs::create_directories(before_ / name);

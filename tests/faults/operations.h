@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the program is asked to do while its disk fails, each with what was there before and what must be there after.
+// The operations that the program is asked for while its disk fails, each with the files that were there before and must be
+// there after.
 #pragma once
 
 #include <filesystem>
@@ -68,7 +69,7 @@ struct Undisturbed {
 // Hash, objects and frames; "no map" if it is not there.
 std::string map_summary(const fs::path& path);
 
-// What is wrong after a run of the operation with the fault, a line each; empty if all is as promised.
+// The broken promises after a run of the operation with the fault, a line each; empty if all is as promised.
 std::string complaints(const FaultWorld& world, const Operation& operation, const Fault& fault, const FaultyRun& run,
                        const Undisturbed& undisturbed);
 

@@ -9,9 +9,10 @@
 #include <map>
 #include <memory>
 
-#include "panoptic/base/parallel.h"
-#include "panoptic/fusion/mesher.h"
 #include "panoptic/fusion/ray_walk.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/parallel.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {

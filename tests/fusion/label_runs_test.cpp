@@ -6,8 +6,8 @@
 
 #include <random>
 
-#include "panoptic/base/parallel.h"
 #include "panoptic/fusion/label_tracker.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

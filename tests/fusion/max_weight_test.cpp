@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What map.max_weight promises: however long a surface was looked at, another one outweighs it after ln 2 * max_weight / w
+// The promise of map.max_weight: however long a surface was looked at, another one outweighs it after ln 2 * max_weight / w
 // frames.
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "panoptic/fusion/integrate_kernels.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 namespace {

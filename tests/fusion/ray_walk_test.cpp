@@ -9,6 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include "panoptic/base/floor.h"
+
 namespace panoptic {
 namespace {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {

@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include "panoptic/data/frame.h"
-#include "panoptic/data/segmentation.h"
+#include "panoptic/frame.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic::test {
 

@@ -10,9 +10,9 @@
 #include <random>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/data/labels.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/geometry.h"
+#include "panoptic/labels.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic::test {
 

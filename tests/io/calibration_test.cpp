@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "panoptic/base/error.h"
+#include "panoptic/error.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
 #include "tests/places.h"

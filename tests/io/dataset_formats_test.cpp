@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "panoptic/base/error.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/error.h"
+#include "panoptic/source.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
 
@@ -181,6 +181,7 @@ TEST(Dataset, SaysWhatItLookedForInAFolderThatIsNoRecording) {
   }
   EXPECT_EQ(error.find('\n'), std::string::npos);
   EXPECT_THAT(error_of(root / "absent"), HasSubstr("no such file or folder"));
+  EXPECT_THAT(error_of("sim:7"), HasSubstr("sim:7: a simulated home, and the simulator is not part of this"));
 }
 
 TEST(Dataset, SkipsFramesWithAReasonAndCountsThemAsPositions) {

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "panoptic/base/profile.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/profile.h"
+#include "panoptic/source.h"
 #include "tests/places.h"
 #include "tests/shared_data.h"
 
@@ -26,7 +26,7 @@ void expect_usable(const Dataset& dataset) {
   for (std::size_t i = 0; i < dataset.size(); i += 20) {
     const ReadResult result = dataset.read(i);
     ASSERT_TRUE(result.frame) << result.skipped.reason;
-    EXPECT_FALSE(why_unusable(*result.frame)) << *why_unusable(*result.frame);
+    EXPECT_EQ(check(*result.frame).reason, "");
     EXPECT_TRUE(is_rigid(result.frame->world_from_camera, 1e-9));
     EXPECT_GT(median_m(*result.frame), 0.5F) << i;
     EXPECT_LT(median_m(*result.frame), 5.0F) << i;

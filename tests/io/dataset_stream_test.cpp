@@ -7,8 +7,8 @@
 #include <chrono>
 #include <thread>
 
-#include "panoptic/base/error.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/error.h"
+#include "panoptic/source.h"
 
 namespace panoptic::test {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/io/glb.h"
+#include "panoptic/outputs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,10 +15,10 @@
 #include <string>
 #include <utility>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
-#include "panoptic/data/object_shapes.h"
+#include "panoptic/error.h"
+#include "panoptic/mesh.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/test_room.h"
 #include "tests/places.h"

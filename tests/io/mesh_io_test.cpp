@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/outputs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <limits>
 #include <string>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/test_room.h"
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 
 namespace panoptic {
 namespace {

@@ -98,7 +98,7 @@ void write_color(const fs::path& path, const Image<Rgb>& image) {
 void expect_frame(const ReadResult& result, int i, double depth_scale, int color_tolerance, ImageSize color) {
   ASSERT_TRUE(result.frame) << result.skipped.reason;
   const Frame& frame = *result.frame;
-  EXPECT_FALSE(why_unusable(frame)) << *why_unusable(frame);
+  EXPECT_EQ(check(frame).reason, "");
   EXPECT_LT((frame.world_from_camera.matrix() - pose_matrix(i)).cwiseAbs().maxCoeff(), 1e-5);
   const Image<std::uint16_t> raw = raw_depth(i);
   ASSERT_TRUE(frame.depth.same_size(raw.width(), raw.height()));

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/geometry.h"
-#include "panoptic/base/image.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
 #include "panoptic/io/calibration.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/source.h"
 
 namespace panoptic::test {
 

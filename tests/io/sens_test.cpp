@@ -7,8 +7,8 @@
 #include <limits>
 #include <thread>
 
-#include "panoptic/base/error.h"
-#include "panoptic/io/dataset.h"
+#include "panoptic/error.h"
+#include "panoptic/source.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/recordings.h"
 

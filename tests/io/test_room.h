@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/labels.h"
-#include "panoptic/data/mesh.h"
+#include "panoptic/labels.h"
+#include "panoptic/mesh.h"
 
 namespace panoptic::test {
 

@@ -13,9 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/base/parallel.h"
+#include "panoptic/error.h"
+#include "panoptic/outputs.h"
+#include "panoptic/parallel.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/test_room.h"
 

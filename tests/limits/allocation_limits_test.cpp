@@ -12,20 +12,21 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/base/error.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/io/dataset.h"
-#include "panoptic/io/mesh_io.h"
+#include "panoptic/error.h"
 #include "panoptic/io/scan_ply.h"
 #include "panoptic/io/sens.h"
 #include "panoptic/io/sens_writer.h"
-#include "panoptic/map/block_codec.h"
-#include "panoptic/map/map_file.h"
-#include "panoptic/map/map_rows.h"
-#include "panoptic/map/sqlite.h"
+#include "panoptic/map_file.h"
+#include "panoptic/mapfile/block_codec.h"
+#include "panoptic/mapfile/map_rows.h"
+#include "panoptic/mapfile/map_writer.h"
+#include "panoptic/mapfile/sqlite.h"
+#include "panoptic/outputs.h"
 #include "panoptic/predict/coco_panoptic.h"
 #include "panoptic/predict/prediction_io.h"
+#include "panoptic/source.h"
 #include "tests/fresh_folder.h"
 #include "tests/limits/allocation_meter.h"
 
@@ -36,7 +37,7 @@ namespace fs = std::filesystem;
 using test::allocations_of;
 using test::fresh_folder;
 
-// What reading any file takes, however small: buffers, messages, codecs' tables.
+// Memory that reading any file takes, however small: buffers, messages, codecs' tables.
 constexpr std::size_t kAlways = 4U << 20;
 
 // Whether the reader refuses the file is for other tests.
@@ -297,7 +298,7 @@ TEST_F(MapLimits, CountsInTheMetaTableTakeNothing) {
   expect_at_most(kMost, [&] { load_map(path_); });
 }
 
-// As many objects as there can be at all are the most that a count can claim.
+// A count can claim at most as many objects as there can be at all.
 TEST_F(MapLimits, ObjectsThatAreNotThereTakeLittle) {
   change("UPDATE meta SET value = '60000' WHERE key = 'ids_given'");
   expect_at_most(kMost + 3 * sizeof(Object) * 60000, [&] { load_map(path_); });

@@ -13,8 +13,8 @@
 #include <numeric>
 #include <random>
 
-#include "panoptic/base/parallel.h"
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/parallel.h"
+#include "panoptic/voxel_map.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 
@@ -117,7 +117,7 @@ TEST(BlockPager, BlocksThatAreUsedStay) {
     for (std::size_t slot = 0; slot < 60; ++slot) pager.touch(slot);
     pager.add();
   }
-  // Of 130 blocks 60 were always in use; what went were some of the others, each once.
+  // 60 of 130 blocks were always in use; some of the others went, each once.
   EXPECT_THAT(pager.blocks_given_back(), Le(70U));
   EXPECT_THAT(pager.blocks_given_back(), Gt(0U));
 }

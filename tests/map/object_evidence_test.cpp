@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/map/object_evidence.h"
+#include "panoptic/objects.h"
 
 #include <gtest/gtest.h>
 

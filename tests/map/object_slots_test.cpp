@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <random>
 
-#include "panoptic/map/object_registry.h"
+#include "panoptic/objects.h"
 
 namespace panoptic {
 namespace {
@@ -104,8 +104,8 @@ TEST(ObjectRegistry, GoesOnFromItsState) {
   EXPECT_EQ(again.state(), registry.state());
 }
 
-// As many objects as 400,000 labelled frames make and lose: a handful is there at a time. Every id is given once, and every one
-// that was merged is known for ever, in 8 bytes.
+// Makes and loses as many objects as 400,000 labelled frames do: a handful is there at a time. Every id is given once, and
+// every one that was merged is known for ever, in 8 bytes.
 TEST(ObjectRegistry, NeverRunsOutOfIdsInALongLife) {
   constexpr int kFrames = 400'000;
   constexpr std::size_t kAlive = 40;

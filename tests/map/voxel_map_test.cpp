@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/map/voxel_map.h"
+#include "panoptic/voxel_map.h"
 
 #include <gmock/gmock.h>
 
@@ -9,7 +9,11 @@
 #include <map>
 #include <random>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/base/config.h"
+#include "panoptic/map/block_key.h"
+#include "panoptic/map/cached_lookup.h"
+#include "panoptic/map/option_fields.h"
+#include "panoptic/parallel.h"
 #include "tests/expect_error.h"
 
 namespace panoptic {

@@ -8,7 +8,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
-#include "panoptic/predict/predictor_files.h"
+#include "panoptic/predictor.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 

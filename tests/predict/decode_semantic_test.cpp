@@ -251,7 +251,7 @@ ClassScores random_scores(std::vector<ClassId> classes, int width, int height, d
   return scores;
 }
 
-// What a network says of a class at a place of its own grid, between cells; 0 of a class that it does not know.
+// A network's score of a class at a place of its own grid, between cells; 0 of a class that it does not know.
 double naive_at(const ClassScores& scores, ClassId id, double x, double y) {
   const auto found = std::find(scores.classes.begin(), scores.classes.end(), id);
   if (found == scores.classes.end()) return 0;

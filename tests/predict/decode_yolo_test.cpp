@@ -195,7 +195,7 @@ void expect_equal(const Instance& instance, const NaiveObject& expected, const P
 
 class YoloPlacement : public testing::TestWithParam<Placement> {};
 
-// As large as the input; letterboxed; enlarged by a fraction.
+// Images as large as the input, letterboxed, and enlarged by a fraction.
 INSTANTIATE_TEST_SUITE_P(YoloSeg, YoloPlacement,
                          testing::Values(Placement{64, 64, 64, 64, 1, 1}, Placement{64, 48, 64, 64, 1, 1},
                                          Placement{40, 27, 64, 64, 1.6, 43.0 / 27}, Placement{200, 150, 64, 64, 0.32, 0.32}));

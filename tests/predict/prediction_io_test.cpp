@@ -12,7 +12,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
-#include "panoptic/predict/predictor_files.h"
+#include "panoptic/predictor.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 
@@ -278,7 +278,7 @@ TEST(Predictions, SurviveDamage) {
       write_file(folder / name, bad);
       try {
         const auto predictor = make_file_predictor(folder);
-        EXPECT_EQ(why_unusable(predictor->predict(frame_number(5)), 13, 9), nullptr);
+        EXPECT_EQ(check(predictor->predict(frame_number(5)), 13, 9).reason, "");
       } catch (const Error&) {
         SUCCEED();
       }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/predict/predictor_networks.h"
+#include "panoptic/predictor.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -163,7 +163,7 @@ Image<Rgb> overlay(const Image<Rgb>& color, const Segmentation& segmentation, co
 std::map<std::string, int> pixels_per_class(Predictor& predictor, const std::filesystem::path& image, const std::string& name) {
   const Frame frame = frame_of(read_rgb(image));
   const Segmentation result = predictor.predict(frame);
-  EXPECT_EQ(why_unusable(result, frame.color.width(), frame.color.height()), nullptr);
+  EXPECT_EQ(check(result, frame.color.width(), frame.color.height()).reason, "");
   const std::filesystem::path picture = fresh_folder("pictures") / (name + ".png");
   write_png(picture, overlay(frame.color, result, predictor.labels()));
   std::cout << "look at " << picture << " with PANOPTIC_KEEP_TEST_FILES=1\n";

@@ -121,7 +121,7 @@ bool can_be_seen(const Home& home, const ClearanceMap& clearance, const Sight& s
   return false;
 }
 
-// What a sight's eye must do: look from 0.75 to 3 m with the spot within the 640x480 picture.
+// A sight's eye must look from 0.75 to 3 m with the spot within the 640x480 picture.
 TEST(CameraPath, SeesMostOfWhatCanBeSeenFromAGoodDistance) {
   for (const auto& [home, path] : cases()) {
     const ClearanceMap clearance = walking_clearance(home, 1.75);

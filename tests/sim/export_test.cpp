@@ -9,13 +9,14 @@
 #include <map>
 #include <sstream>
 
+#include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
-#include "panoptic/base/parallel.h"
-#include "panoptic/io/dataset.h"
 #include "panoptic/io/scannet_scan.h"
+#include "panoptic/parallel.h"
 #include "panoptic/predict/prediction_io.h"
 #include "panoptic/sim/zip_file.h"
+#include "panoptic/source.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 #include "tests/shared_data.h"

@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "panoptic/data/segmentation.h"
+#include "panoptic/segmentation.h"
 #include "panoptic/sim/renderer.h"
 
 namespace panoptic::test {

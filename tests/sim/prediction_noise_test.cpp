@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 
+#include "panoptic/base/config.h"
 #include "tests/expect_error.h"
 #include "tests/sim/box_world.h"
 #include "tests/sim/frame_score.h"
@@ -74,7 +75,7 @@ double share_found(const PredictionNoise& noise, std::uint16_t instance, const s
 TEST(PredictionNoise, OracleGivesTheTruth) {
   const SimulatedFrame f = box_frame(0, kEye);
   const Segmentation s = predict_with_noise(prediction_noise_preset("oracle"), 1, f, labels());
-  ASSERT_EQ(why_unusable(s, 320, 240), nullptr);
+  ASSERT_EQ(check(s, 320, 240).reason, "");
   std::map<std::uint16_t, std::set<std::pair<ClassId, std::uint16_t>>> truths;
   std::set<std::pair<ClassId, std::uint16_t>> all;
   for (std::size_t i = 0; i < f.rendering.depth.size(); ++i) {
@@ -109,7 +110,7 @@ TEST(PredictionNoise, IsTheSameForTheSameSeedAndFrame) {
     const Segmentation s = predict_with_noise(noise, 7, frames[1], labels());
     EXPECT_EQ(s, predict_with_noise(noise, 7, frames[1], labels())) << name;
     EXPECT_NE(s, predict_with_noise(noise, 8, frames[1], labels())) << name;
-    EXPECT_EQ(why_unusable(s, 320, 240), nullptr);
+    EXPECT_EQ(check(s, 320, 240).reason, "");
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include <limits>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 #include "panoptic/sim/random.h"
 #include "panoptic/sim/surfaces.h"
 #include "tests/expect_error.h"
@@ -182,7 +182,7 @@ TEST(Renderer, NamesTheNearestObject) {
 
 double brightness(const Rgb& color) { return (color.r + color.g + color.b) / 3.0; }
 
-// Of the floor near (x, y), seen from straight above; the mean over a few pixels of the pattern.
+// The brightness of the floor near (x, y), seen from straight above: the mean over a few pixels of the pattern.
 double floor_brightness(const Renderer& renderer, double x, double y) {
   const Rendering rendering = renderer.render({9, 9, 40, 40, 4, 4}, looking({x, y - 0.001, 0.6}, {x, y, 0}));
   double sum = 0;

@@ -9,7 +9,8 @@
 #include <cmath>
 #include <set>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/base/config.h"
+#include "panoptic/parallel.h"
 #include "tests/expect_error.h"
 
 namespace panoptic {

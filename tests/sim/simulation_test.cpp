@@ -8,7 +8,7 @@
 #include <set>
 #include <thread>
 
-#include "panoptic/base/parallel.h"
+#include "panoptic/parallel.h"
 #include "tests/expect_error.h"
 
 namespace panoptic {
@@ -42,7 +42,7 @@ TEST(Simulation, EveryFrameCanBeUsedAndSeesThings) {
   std::set<std::uint16_t> things;
   for (std::size_t i = 0; i < home().size(); i += 5) {
     const SimulatedFrame frame = home().simulate(i);
-    EXPECT_FALSE(why_unusable(frame.frame).has_value());
+    EXPECT_TRUE(check(frame.frame).used);
     for (const std::uint16_t instance : frame.rendering.instance.pixels()) things.insert(instance);
   }
   EXPECT_GT(things.size(), 8U);

@@ -29,7 +29,9 @@ class Checks(unittest.TestCase):
         return str(path)
 
     def layers_after(self, name, text):
-        self.write("panoptic/LAYERS", "# comment\nbase:\nmap: base\nio: base map\n")
+        self.write("panoptic/LAYERS", "# comment\nbase:\nmap: base\nio: base map\n\ninclude base: error.h\ninclude map: voxels.h\n")
+        self.write("include/panoptic/error.h", "")
+        self.write("include/panoptic/voxels.h", '#include "panoptic/error.h"\n')
         self.write(name, text)
         return run("check_layers.py", str(self.root))
 
@@ -44,6 +46,26 @@ class Checks(unittest.TestCase):
     def test_layers_refuse_angle_brackets_and_relative_paths_as_a_way_round(self):
         self.assertEqual(self.layers_after("panoptic/base/a.h", "#  include <panoptic/map/b.h>\n")[0], 1)
         self.assertEqual(self.layers_after("panoptic/base/a.h", '#include "../map/b.h"\n')[0], 1)
+
+    def test_layers_know_which_folder_a_public_header_is_of(self):
+        self.assertEqual(self.layers_after("panoptic/map/a.h", '#include "panoptic/voxels.h"\n#include "panoptic/error.h"\n')[0], 0)
+        code, text = self.layers_after("panoptic/base/a.h", '#include "panoptic/voxels.h"\n')
+        self.assertEqual(code, 1)
+        self.assertIn("a.h:1: 'base' may not include 'map'", text)
+        self.assertEqual(self.layers_after("panoptic/base/a.h", '#include "panoptic/unknown.h"\n')[0], 1)
+
+    def test_layers_keep_public_headers_apart_from_internal_ones_and_in_order(self):
+        code, text = self.layers_after("include/panoptic/voxels.h", '#include "panoptic/map/a.h"\n')
+        self.assertEqual(code, 1)
+        self.assertIn("voxels.h:1: a public header may not include 'panoptic/map/a.h'", text)
+        code, text = self.layers_after("include/panoptic/error.h", "#include <panoptic/voxels.h>\n")
+        self.assertEqual(code, 1)
+        self.assertIn("error.h:1: 'base' may not include 'map'", text)
+
+    def test_layers_list_every_public_header_that_there_is_and_no_other(self):
+        self.assertIn("new.h: the header is not in panoptic/LAYERS", self.layers_after("include/panoptic/new.h", "")[1])
+        self.write("panoptic/LAYERS", "base:\ninclude base: gone.h\n")
+        self.assertIn("there is no include/panoptic/gone.h", run("check_layers.py", str(self.root))[1])
 
     def test_layers_refuse_a_folder_without_a_floor(self):
         self.assertIn("not in panoptic/LAYERS", self.layers_after("panoptic/extra/a.cpp", "")[1])
@@ -68,6 +90,14 @@ class Checks(unittest.TestCase):
             self.assertEqual(code, 1, what)
             self.assertIn(what, message)
 
+    def test_style_finds_a_comment_without_a_subject(self):
+        for comment in ("// What it does.", "// Of all of them:", "  // As the other."):
+            code, message = run("check_style.py", self.write("a.h", LICENCE + "//\n#pragma once\n\n" + comment + "\nint a();\n"))
+            self.assertEqual(code, 1, comment)
+            self.assertIn("give it a subject", message)
+        for comment in ("// It does\n// What you see is what you get.", "// Offsets.", "int b;  // as in a", "// Whatever it is."):
+            self.assertEqual(run("check_style.py", self.write("a.h", LICENCE + "#pragma once\n" + comment + "\n"))[0], 0, comment)
+
     def test_style_finds_a_type_that_two_headers_define(self):
         one = self.write("one.h", LICENCE + "#pragma once\nstruct Surface {\n};\n")
         two = self.write("two.h", LICENCE + "#pragma once\nenum class Surface : int { kA };\n")
@@ -76,6 +106,13 @@ class Checks(unittest.TestCase):
         code, message = run("check_style.py", one, two)
         self.assertEqual(code, 1)
         self.assertIn("the type Surface is defined in one.h too", message)
+
+    def test_doxygen_gets_comments_in_its_form(self):
+        header = LICENCE + "//\n// Chairs <&> more.\n//   int x;\n#pragma once\n\n// A chair.\nstruct Chair {\n  int legs = 4;  // mostly\n};\n"
+        result = subprocess.run([sys.executable, TOOLS / "doxygen_filter.py", self.write("a.h", header)], capture_output=True, text=True)
+        self.assertEqual(result.stdout.splitlines(),
+                         ["/// \\file", "///", "/// Chairs \\<\\&\\> more.", "/// \\verbatim", "///   int x;", "/// \\endverbatim", "",
+                          "#pragma once", "", "/// A chair.", "struct Chair {", "  int legs = 4;  ///< mostly", "};"])
 
 
 if __name__ == "__main__":

@@ -114,7 +114,7 @@ inline HttpAnswer fetch(std::uint16_t port, const std::string& target, const std
   return browser.answer();
 }
 
-// What the server answers to these bytes.
+// The server's answer to these bytes.
 inline HttpAnswer tell(std::uint16_t port, const std::string& bytes) {
   Browser browser(port);
   browser.say(bytes);

@@ -11,6 +11,8 @@
 #include <random>
 #include <thread>
 
+#include "panoptic/base/config.h"
+
 namespace panoptic {
 namespace {
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/labels.h"
-#include "panoptic/map/block_index.h"
+#include "panoptic/labels.h"
+#include "panoptic/voxel_map.h"
 
 namespace panoptic::test {
 

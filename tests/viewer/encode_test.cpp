@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "panoptic/map/object_registry.h"
+#include "panoptic/objects.h"
 #include "tests/viewer/decoded.h"
 #include "tests/viewer/small_world.h"
 
@@ -119,7 +119,7 @@ TEST_F(Encode, ChunksMeetWithoutCracksAndWithoutSeamsInTheirNormals) {
   }
   const auto shared = std::count_if(places.begin(), places.end(), [](const auto& p) { return p.second.second.size() > 1; });
   EXPECT_GT(shared, 100);
-  // As many places as the one mesh with shared vertices has: no border vertex moved away from its twin.
+  // There are as many places as the one mesh with shared vertices has: no border vertex moved away from its twin.
   const Mesh whole = world_.mesher().assemble(world_.map());
   EXPECT_EQ(places.size(), whole.vertices.size());
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the server does not do for anybody, and that it stays well whatever it is sent.
+// The server refuses what it does for nobody, and stays well whatever it is sent.
 #include <random>
 
 #include "tests/viewer/decoded.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What browsers get, over real sockets.
+// The answers that browsers get, over real sockets.
 #include "apps/viewer/server.h"
 
 #include <set>

@@ -7,9 +7,9 @@
 #include <memory>
 #include <utility>
 
-#include "panoptic/data/labels.h"
-#include "panoptic/fusion/mesher.h"
-#include "panoptic/session/snapshot.h"
+#include "panoptic/labels.h"
+#include "panoptic/mapping/snapshot.h"
+#include "panoptic/meshing/mesher.h"
 #include "tests/fusion/small_maps.h"
 
 namespace panoptic::test {

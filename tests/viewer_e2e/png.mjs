@@ -43,7 +43,7 @@ export function decode_png(file) {
   return { ...header, pixels };
 }
 
-// Of the pixels: how many differ by more than what nobody sees.
+// The share of pixels that differ by more than what nobody sees.
 export function differing_share(a, b) {
   if (a.width !== b.width || a.height !== b.height) return 1;
   let differing = 0;
@@ -53,7 +53,7 @@ export function differing_share(a, b) {
   return differing / (a.width * a.height);
 }
 
-// Of the pixels: how many have about this colour.
+// The share of pixels that have about this colour.
 export function share_of_color(picture, color) {
   let found = 0;
   for (let i = 0; i < picture.pixels.length; i += picture.channels) {

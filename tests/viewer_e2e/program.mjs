@@ -56,7 +56,7 @@ export class Program {
     return this.#ended;
   }
 
-  // As Ctrl-C does it. Returns {code, signal}.
+  // Ends the program as Ctrl-C does. Returns {code, signal}.
   stop() {
     if (this.running) this.#child.kill('SIGINT');
     return this.#ended;

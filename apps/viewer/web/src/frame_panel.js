@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the camera sees: the newest frame, or the newest frame with labels under its panoptic overlay. Pictures are swapped when
+// The camera's view: the newest frame, or the newest frame with labels under its panoptic overlay. Pictures are swapped when
 // the next one is complete, so that nothing flickers; while one is loading newer ones wait.
 import { element, set_text } from './dom.js';
 

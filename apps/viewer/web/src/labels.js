@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the panoptic ids on the surface mean: class, name, colours, shown or not. The surface holds rows of `texels` only and looks the
-// rest up there, so that a new class, a hidden class or a marked object never needs a vertex to be sent again. Ids have 32 bits and
-// are never given twice; a row is given anew when the object is not on the surface any more.
+// The meaning of the panoptic ids on the surface: class, name, colours, shown or not. The surface holds rows of `texels` only
+// and looks the rest up there, so that a new class, a hidden class or a marked object never needs a vertex to be sent again.
+// Ids have 32 bits and are never given twice; a row is given anew when the object is not on the surface any more.
 
 export const kRows = 65536;  // more than a map has objects at a time
 export const kUnknownColor = [138, 140, 145];

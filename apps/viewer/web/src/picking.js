@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is under the pointer: draws the label of one pixel into a target of its own and reads it back.
+// Finds what is under the pointer: draws the label of one pixel into a target of its own and reads it back.
 import { Color, NearestFilter, Vector2, Vector3, WebGLRenderTarget } from 'three';
 
 export class Picking {

@@ -59,7 +59,7 @@ export function parse_chunks(buffer) {
   return chunks;
 }
 
-// What the graphics card gets, 16 bytes per vertex in three arrays:
+// The data for the graphics card, 16 bytes per vertex in three arrays:
 //   places   u16 x 4: position in the block, row of `rows`     normals  i8 x 4: unit normal x 127, 0
 //   colors   u8 x 4: red, green, blue, confidence             indices  u16, or u32 where one chunk has more vertices
 // `rows` says for each of the chunk's ids which row of the table of labels it has (labels.js).

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the page remembers in this browser. A browser that keeps nothing is fine.
+// Settings that the page remembers in this browser. A browser that keeps nothing is fine.
 
 const kPrefix = 'panoptic.';
 

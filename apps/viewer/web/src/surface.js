@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The chunks of the surface: replaced when a newer version arrives, counted, merged into regions (regions.js) that three.js draws.
-// What is replaced is freed at once; regions out of view are left out by three.js, which has a sphere for each of them.
+// The chunks of the surface: replaced when a newer version arrives, counted, merged into regions (regions.js) that three.js
+// draws. Replaced parts are freed at once; regions out of view are left out by three.js, which has a sphere for each of them.
 import { Box3, BufferAttribute, BufferGeometry, Group, Mesh, Sphere, Vector3 } from 'three';
 import { decode_chunk, kUnitsPerBlock } from './protocol.js';
 import { kUnitsPerMergedBlock, merge, region_of } from './regions.js';

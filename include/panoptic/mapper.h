@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From frames and what networks see in them to one labelled map.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "panoptic/frame.h"
+#include "panoptic/map.h"
+#include "panoptic/mesh.h"
+#include "panoptic/options.h"
+#include "panoptic/outcome.h"
+#include "panoptic/segmentation.h"
+#include "panoptic/source.h"
+
+namespace panoptic {
+
+class FrameStatistics;
+class MapperParts;
+class Profile;
+
+// Memory grows with the mapped volume and the number of objects, never with the number of frames. Not thread-safe: one thread
+// at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map, bit for bit.
+class Mapper {
+ public:
+  // Throws Error if the options contradict each other.
+  Mapper(const Options& options, LabelSet labels);
+  explicit Mapper(std::unique_ptr<MapperParts> parts);
+  ~Mapper();
+  Mapper(Mapper&&) noexcept;
+  Mapper& operator=(Mapper&&) noexcept;
+  Mapper(const Mapper&) = delete;
+  Mapper& operator=(const Mapper&) = delete;
+
+  // Fuses one frame, then does what is due between frames (object maintenance, regularizer). A frame that cannot be used (NaN
+  // pose, wrong size, no depth ...) changes nothing and is counted in frames(). An empty segmentation leaves labels alone.
+  Outcome add(const Frame& frame, const Segmentation& segmentation);
+
+  // The two halves of `add`, for runs where labels come later than frames: all geometry first and the labels of the same frame
+  // later leave the map that `add` would have left, but for what else happened in between. add_geometry counts the frame.
+  // add_labels REQUIRES that add_geometry used this frame. Neither regularizes.
+  Outcome add_geometry(const Frame& frame);
+  Outcome add_labels(const Frame& frame, const Segmentation& segmentation);
+
+  // Counts a frame that could not even be read.
+  void skip(const SkippedFrame& frame);
+
+  // Regularizes the labels of what changed since the last time (nothing if regularizer.enabled is false), and forgets objects
+  // that no voxel holds and no frames' vote is for.
+  void regularize();
+
+  // After the last frame: object maintenance that must wait until then, and the last regularization.
+  void finish();
+
+  // The surface as it is now; only blocks that changed since the last call are extracted anew.
+  Mesh mesh();
+
+  const PanopticMap& map() const;
+  const FrameStatistics& frames() const;
+  std::uint64_t labelled() const;  // frames that came with a prediction
+  // Per segment of the last frame that was added, or whose labels were: which one it is in the map.
+  std::vector<PanopticId> segment_ids() const;
+  // Stages "register", "reference", "track", "integrate", their sum "fusion", "maintain", "regularize" and "mesh"; callers add
+  // their own.
+  Profile& profile();
+  const Profile& profile() const;
+  // The upward direction of the world as the cameras were mostly held: the mean of their -y axes. Unit length.
+  Vec3d up() const;
+
+  // For the library's own code: mapping/mapper_parts.h.
+  MapperParts& parts() { return *parts_; }
+  const MapperParts& parts() const { return *parts_; }
+
+ private:
+  std::unique_ptr<MapperParts> parts_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Everything that a program needs to map a recording: see examples/01_map_a_recording.cpp. Headers of their own have questions
+// to a map (query.h), two maps of one place (map_pairs.h), frames as they arrive (online.h), stage times (profile.h) and
+// simulated homes (simulation.h).
+#pragma once
+
+#include "panoptic/error.h"
+#include "panoptic/frame.h"
+#include "panoptic/labels.h"
+#include "panoptic/map.h"
+#include "panoptic/map_file.h"
+#include "panoptic/mapper.h"
+#include "panoptic/mesh.h"
+#include "panoptic/options.h"
+#include "panoptic/outputs.h"
+#include "panoptic/parallel.h"
+#include "panoptic/predictor.h"
+#include "panoptic/segmentation.h"
+#include "panoptic/source.h"

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Recordings of posed RGB-D frames: one of the two interfaces that users implement.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/frame.h"
+
+namespace panoptic {
+
+// A frame that cannot be used and why; the run goes on without it.
+struct SkippedFrame {
+  std::int64_t index = 0;
+  std::string reason;
+};
+
+// The result of Dataset::read: a frame, or why there is none.
+struct ReadResult {
+  std::optional<Frame> frame;
+  SkippedFrame skipped;  // meaningful when there is no frame
+};
+
+class FrameIterator;
+
+class Dataset {
+ public:
+  Dataset() = default;
+  Dataset(const Dataset&) = delete;
+  Dataset& operator=(const Dataset&) = delete;
+  virtual ~Dataset() = default;
+
+  // The format and its essentials in one line: "7-Scenes, 500 frames, depth 640x480, colour 640x480".
+  virtual std::string description() const = 0;
+
+  // Positions in the sequence, 0 <= position < size(). Known without reading frames.
+  virtual std::size_t size() const = 0;
+
+  // Decodes one frame. Never throws for a bad frame (invalid pose, unreadable image): says why instead.
+  // May be called from several threads at once.
+  virtual ReadResult read(std::size_t position) const = 0;
+
+  // Every usable frame in order, decoded ahead on another thread: for (const Frame& frame : dataset).
+  FrameIterator begin() const;
+  std::default_sentinel_t end() const { return {}; }
+};
+
+// Recognises the format (ScanNet .sens and exports, 7-Scenes / 3DMatch, TUM RGB-D, Replica, plain folder) and opens it.
+// A calibration TOML, if given, overrides intrinsics, depth scale and the colour camera: see docs/datasets.md.
+// Throws Error if nothing is recognised or the recording is unusable as a whole, and for "sim:...", which open_dataset opens
+// (simulation.h).
+std::unique_ptr<Dataset> open_recording(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
+
+// Positions begin, begin + step, ... below end. "A:B:STEP", each part optional; B excluded; counts positions, not numbers in
+// file names.
+struct FrameRange {
+  std::size_t begin = 0;
+  std::size_t end = SIZE_MAX;
+  std::size_t step = 1;
+
+  std::size_t count(std::size_t dataset_size) const;
+};
+FrameRange parse_frame_range(const std::string& text);  // throws Error
+
+// Reads a range of a dataset in order, decoding ahead on its own thread with a bounded queue, so memory does not grow with
+// the recording. Use from one thread. The dataset must outlive it.
+class FrameStream {
+ public:
+  explicit FrameStream(const Dataset& dataset, FrameRange range = {}, std::size_t ahead = 4);
+  ~FrameStream();
+  FrameStream(const FrameStream&) = delete;
+  FrameStream& operator=(const FrameStream&) = delete;
+
+  // The next position's result, frame or reason; nothing at the end.
+  std::optional<ReadResult> next();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Input iterator over the usable frames of a dataset.
+class FrameIterator {
+ public:
+  using value_type = Frame;
+  using difference_type = std::ptrdiff_t;
+
+  explicit FrameIterator(const Dataset& dataset);
+  const Frame& operator*() const { return *frame_; }
+  const Frame* operator->() const { return &*frame_; }
+  FrameIterator& operator++();
+  void operator++(int) { ++*this; }
+  bool operator==(std::default_sentinel_t) const { return !frame_.has_value(); }
+
+ private:
+  std::shared_ptr<FrameStream> stream_;
+  std::optional<Frame> frame_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <utility>
+
+#include "panoptic/labels.h"
+
+namespace panoptic {
+
+// For each pair of objects, first < second, the number of frames in which both had a mask of their own.
+using Covisibility = std::map<std::pair<PanopticId, PanopticId>, std::uint32_t>;
+
+}  // namespace panoptic

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapfile/compression.h"
+
+#include <zstd.h>
+
+#include <new>
+#include <string>
+
+#include "panoptic/error.h"
+
+namespace panoptic {
+namespace {
+
+constexpr int kLevel = 1;  // most bytes are noise of the sensor: higher levels take longer and gain half a percent
+
+}  // namespace
+
+std::uint64_t checksum(std::span<const std::uint8_t> bytes, std::uint64_t before) {
+  constexpr std::uint64_t kPrime = 0x100000001B3U;
+  for (const std::uint8_t byte : bytes) before = (before ^ byte) * kPrime;
+  return before;
+}
+
+struct Compressor::State {
+  ZSTD_CCtx* context = ZSTD_createCCtx();
+};
+
+Compressor::Compressor() : state_(std::make_unique<State>()) {
+  if (state_->context == nullptr) throw std::bad_alloc();
+  ZSTD_CCtx_setParameter(state_->context, ZSTD_c_compressionLevel, kLevel);
+}
+
+Compressor::~Compressor() { ZSTD_freeCCtx(state_->context); }
+
+Bytes Compressor::compress(std::span<const std::span<const std::uint8_t>> parts) {
+  std::size_t size = 0;
+  std::size_t bound = 0;
+  for (const auto& part : parts) {
+    size += part.size();
+    bound += ZSTD_compressBound(part.size()) + 16;  // headers of the parts' own blocks
+  }
+  ZSTD_CCtx_reset(state_->context, ZSTD_reset_session_only);
+  ZSTD_CCtx_setPledgedSrcSize(state_->context, size);
+  Bytes frame(bound + 32);
+  ZSTD_outBuffer out{frame.data(), frame.size(), 0};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    ZSTD_inBuffer in{parts[i].data(), parts[i].size(), 0};
+    const ZSTD_EndDirective then = i + 1 == parts.size() ? ZSTD_e_end : ZSTD_e_flush;
+    const std::size_t left = ZSTD_compressStream2(state_->context, &out, &in, then);
+    if (ZSTD_isError(left) != 0 || left != 0) throw Error("compression failed: " + std::string(ZSTD_getErrorName(left)));
+  }
+  frame.resize(out.pos);
+  return frame;
+}
+
+struct Decompressor::State {
+  ZSTD_DCtx* context = ZSTD_createDCtx();
+};
+
+Decompressor::Decompressor() : state_(std::make_unique<State>()) {
+  if (state_->context == nullptr) throw std::bad_alloc();
+}
+
+Decompressor::~Decompressor() { ZSTD_freeDCtx(state_->context); }
+
+std::size_t Decompressor::decompress(std::span<const std::uint8_t> frame, std::span<std::uint8_t> to) {
+  const std::size_t size = ZSTD_decompressDCtx(state_->context, to.data(), to.size(), frame.data(), frame.size());
+  return ZSTD_isError(size) != 0 ? kDamaged : size;
+}
+
+}  // namespace panoptic

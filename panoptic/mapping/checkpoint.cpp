@@ -1,0 +1,246 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapping/checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstring>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "panoptic/base/config.h"
+#include "panoptic/base/files.h"
+#include "panoptic/base/json.h"
+#include "panoptic/base/version.h"
+#include "panoptic/error.h"
+#include "panoptic/mapfile/map_lock.h"
+#include "panoptic/mapping/mapper_parts.h"
+#include "panoptic/mapping/option_fields.h"
+#include "panoptic/parallel.h"
+
+namespace panoptic {
+namespace {
+
+std::map<std::string, std::string> texts_of(const RunIdentity& identity) {
+  return {{run_note::kRecording, identity.recording},
+          {run_note::kCalibration, identity.calibration},
+          {run_note::kFrames, identity.frames},
+          {run_note::kOptions, options_text(identity.options)}};
+}
+
+// The first line of two texts that differs, each as it is there.
+std::pair<std::string, std::string> first_difference(std::string_view a, std::string_view b) {
+  const auto line = [](std::string_view& text) {
+    const std::size_t end = text.find('\n');
+    const std::string_view first = text.substr(0, end);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    return first;
+  };
+  while (!a.empty() || !b.empty()) {
+    const std::string_view of_a = line(a);
+    const std::string_view of_b = line(b);
+    if (of_a != of_b) return {std::string(of_a), std::string(of_b)};
+  }
+  return {};
+}
+
+bool same_labels(const LabelSet& a, const LabelSet& b) {
+  const auto same = [](const LabelClass& x, const LabelClass& y) {
+    return x.id == y.id && x.name == y.name && x.is_thing == y.is_thing && x.max_size_m == y.max_size_m &&
+           x.is_support == y.is_support;
+  };
+  return std::equal(a.classes().begin(), a.classes().end(), b.classes().begin(), b.classes().end(), same);
+}
+
+// A file that holds a map, but no run to go on with.
+void require_resumable(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity) {
+  if (!note_or_empty(saved, run_note::kMerged).empty()) {
+    throw Error(fmt::format("{} was merged from two maps: there is no run to go on with; choose another file", path.string()));
+  }
+  const std::string older =
+      saved.format != kMapFormat ? std::to_string(saved.format) : note_or_empty(saved, run_note::kFromFormat);
+  if (!older.empty()) {
+    throw Error(
+        fmt::format("{} was made in format {}, which tells less than a run needs to go on (the format is {} now): map the "
+                    "recording anew, into another file",
+                    path.string(), older, kMapFormat));
+  }
+  if (identity.online || !note_or_empty(saved, run_note::kOnline).empty()) {
+    throw Error(fmt::format("{}: an online run cannot be resumed, for what it dropped depends on the moment; choose another file",
+                            path.string()));
+  }
+}
+
+void require_same_run(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity,
+                      const LabelSet& labels) {
+  for (const auto& [name, text] : texts_of(identity)) {
+    const auto [before, now] = first_difference(note_or_empty(saved, name), text);
+    if (before == now) continue;
+    throw Error(
+        fmt::format("{} is of another run: its {} is '{}', here it is '{}'; run with what it was made with, or choose another "
+                    "file",
+                    path.string(), name, before, now));
+  }
+  if (!same_labels(saved.map.labels, labels)) {
+    throw Error(fmt::format("{} is of another run: its label set '{}' is not '{}' as it is now; choose another file",
+                            path.string(), saved.map.labels.name(), labels.name()));
+  }
+}
+
+}  // namespace
+
+// A checkpoint that is being written.
+struct Checkpoints::Pending {
+  MapUpdate update;
+  std::vector<std::unique_ptr<VoxelBlock>> blocks;
+};
+
+std::string options_text(Options options) {
+  std::string text;
+  Fields recorded = fields(options);
+  std::erase_if(recorded,
+                [](const Field& field) { return field.key == "map.memory_limit_mb" || field.key == "map.swap_folder"; });
+  std::string comments = to_toml(recorded);
+  for (std::size_t begin = 0; begin < comments.size();) {
+    const std::size_t end = std::min(comments.find('\n', begin), comments.size());
+    const std::string_view line = std::string_view(comments).substr(begin, end - begin);
+    if (!line.empty() && line.front() != '#') text.append(line).push_back('\n');
+    begin = end + 1;
+  }
+  return text;
+}
+
+Options options_of(const SavedMap& saved) {
+  Options options;
+  read_toml_text(note_or_empty(saved, run_note::kOptions), "the map file's options", fields(options));
+  return options;
+}
+
+FrameRecord record_of(const Frame& frame, bool labelled, const Outcome& outcome) {
+  FrameRecord record{.frame = frame.index, .time_s = frame.time_s, .labelled = labelled, .unused_because = outcome.reason};
+  if (is_finite(frame.world_from_camera)) record.world_from_camera = frame.world_from_camera;
+  return record;
+}
+
+Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Mapper& mapper)
+    : settings_(std::move(settings)), identity_(texts_of(identity)) {
+  identity_[run_note::kProgram] = fmt::format("panoptic {}", version());
+  if (identity.online) identity_[run_note::kOnline] = "1";
+  const bool exists = is_there(settings_.path);
+  if (exists && !settings_.resume) {
+    throw Error(
+        fmt::format("{} is there already: go on with it (--resume), choose another name or remove it", settings_.path.string()));
+  }
+  if (exists) {
+    resume(identity, mapper);
+    return;
+  }
+  // With all that resuming needs from the first moment: the process may be killed at any.
+  pending_ = copy(mapper, false);
+  const MapHeader header{identity.options.map, mapper.map().labels};
+  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::create(settings_.path, header, pending_->update));
+  collect();
+}
+
+void Checkpoints::resume(const RunIdentity& identity, Mapper& mapper) {
+  MapLock lock(settings_.path);
+  SavedMap saved = load_map(settings_.path, identity.options.map);
+  require_resumable(settings_.path, saved, identity);
+  require_same_run(settings_.path, saved, identity, mapper.map().labels);
+  resumed_frames_ = load_frames(settings_.path);
+  positions_ = resumed_frames_.size();
+  if (positions_ > 0 && static_cast<std::uint64_t>(resumed_frames_.back().position) + 1 != positions_) {
+    throw Error(fmt::format("{} lacks frames; the file is damaged: use another copy", settings_.path.string()));
+  }
+  was_complete_ = is_complete(saved);
+  MapperState state = mapper_state(saved, resumed_frames_);
+  writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
+  saved_epoch_ = saved.map.voxels.epoch();
+  mapper.parts().restore(std::move(saved.map), std::move(state));
+}
+
+Checkpoints::~Checkpoints() {
+  if (is_writing()) writing_.wait();
+}
+
+std::int64_t Checkpoints::note(FrameRecord record) {
+  const auto position = static_cast<std::int64_t>(positions_++);
+  record.position = position;
+  frames_.push_back(std::move(record));
+  return position;
+}
+
+std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bool complete) {
+  auto pending = std::make_unique<Pending>();
+  const VoxelMap& map = mapper.map().voxels;
+  pending->update.epoch = map.epoch();
+  for (const Slot slot : map.changed_since(saved_epoch_)) {
+    pending->update.blocks.push_back({slot, map.index_of(slot), map.changed_at(slot), nullptr});
+  }
+  while (spare_.size() < pending->update.blocks.size()) spare_.push_back(std::make_unique_for_overwrite<VoxelBlock>());
+  pending->blocks = std::exchange(spare_, {});
+  parallel_for(pending->update.blocks.size(), [&](std::size_t i) {
+    BlockCopy& block = pending->update.blocks[i];
+    std::memcpy(pending->blocks[i].get(), &map.block(block.slot), sizeof(VoxelBlock));
+    block.voxels = pending->blocks[i].get();
+  });
+  pending->update.objects = mapper.map().objects;
+  pending->update.frames = std::exchange(frames_, {});
+  pending->update.notes = notes_of(mapper.parts().state());
+  pending->update.notes.texts.insert(identity_.begin(), identity_.end());
+  const Vec3d up = mapper.up();
+  pending->update.notes.texts[run_note::kUp] = Json({up.x(), up.y(), up.z()}).dump();
+  pending->update.notes.texts[run_note::kPositions] = std::to_string(positions_);
+  pending->update.notes.texts[run_note::kComplete] = complete ? "1" : "0";
+  return pending;
+}
+
+// The pending checkpoint is through: in the file, or to be tried again, which writing_ tells by throwing.
+void Checkpoints::collect() {
+  if (is_writing()) writing_.wait();
+  const std::unique_ptr<Pending> done = std::move(pending_);
+  spare_ = std::move(done->blocks);
+  since_last_ = Stopwatch();
+  try {
+    if (is_writing()) writing_.get();
+    saved_epoch_ = done->update.epoch;
+  } catch (...) {
+    frames_.insert(frames_.begin(), std::make_move_iterator(done->update.frames.begin()),
+                   std::make_move_iterator(done->update.frames.end()));
+    throw;
+  }
+}
+
+void Checkpoints::after_frame(const Mapper& mapper) {
+  if (is_writing()) {
+    if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    try {
+      collect();
+    } catch (const std::exception& e) {
+      if (!std::exchange(warned_, true)) {
+        settings_.warn(fmt::format("the map is not saved for now, mapping goes on: {}", e.what()));
+      }
+    }
+  }
+  if (since_last_.seconds() < settings_.every_s) return;
+  pending_ = copy(mapper, false);
+  writing_ = std::async(std::launch::async, [this] { writer_->write(pending_->update, false); });
+}
+
+void Checkpoints::finish(const Mapper& mapper, bool complete) {
+  if (is_writing()) {
+    try {
+      collect();
+    } catch (const std::exception&) {  // what it could not write is tried again now
+    }
+  }
+  pending_ = copy(mapper, complete);
+  writer_->write(pending_->update, true);
+  collect();
+  writer_->close();
+  writer_.reset();
+}
+
+}  // namespace panoptic

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Keeps a map file up to date while a mapper maps a recording, and goes on from such a file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/map_file.h"
+#include "panoptic/mapfile/map_writer.h"
+#include "panoptic/mapfile/run_notes.h"
+#include "panoptic/mapper.h"
+#include "panoptic/options.h"
+#include "panoptic/profile.h"
+
+namespace panoptic {
+
+// Everything that decides what the map of a run becomes. A run is resumed only if all of it is as it was.
+struct RunIdentity {
+  std::string recording;    // as RunSummary
+  std::string calibration;  // as RunSummary
+  std::string frames;       // the range that was asked for; empty = all
+  Options options;
+  bool online = false;  // what was labelled depended on the machine: it can be kept, but not resumed
+};
+
+// The text that a map file keeps of options, `key = value` a line: without those that say where a map lies in memory.
+std::string options_text(Options options);
+// Those of a map file. Throws Error.
+Options options_of(const SavedMap& saved);
+
+// The record of a frame that was handed to a mapper, without its position.
+FrameRecord record_of(const Frame& frame, bool labelled, const Outcome& outcome);
+
+struct CheckpointSettings {
+  std::filesystem::path path;
+  bool resume = false;  // goes on from the file if there is one; else there must be none
+  double every_s = 5;
+  std::function<void(const std::string&)> warn = [](const std::string&) {};  // from the thread that calls after_frame
+};
+
+// Writing happens on a thread of its own. What cannot be written is kept and tried again; the file then holds the last checkpoint
+// that could. Use from the thread that the mapper belongs to.
+class Checkpoints {
+ public:
+  // Makes the file, or brings the mapper to where the file is. Throws Error: there is a file already, it is of another run, it
+  // is damaged, another process writes it.
+  Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Mapper& mapper);
+  ~Checkpoints();
+  Checkpoints(const Checkpoints&) = delete;
+  Checkpoints& operator=(const Checkpoints&) = delete;
+
+  // Frames of the run so far, those before it was resumed included.
+  std::uint64_t positions() const { return positions_; }
+  bool was_complete() const { return was_complete_; }
+  const std::vector<FrameRecord>& resumed_frames() const { return resumed_frames_; }
+
+  // Records the next position of the recording; `record.position` is filled in, and returned.
+  std::int64_t note(FrameRecord record);
+  // A record that was noted before, as it is now.
+  void correct(FrameRecord record) { frames_.push_back(std::move(record)); }
+  // Between frames: begins a checkpoint if it is time and the last one is through. Warns once if one failed.
+  void after_frame(const Mapper& mapper);
+  // The last one, whole: all that the mapper holds is in the file, and the file is one again. `complete`: the recording is
+  // through and mapper.finish() was called; else it is a checkpoint to resume from. Throws Error; the file then holds an earlier
+  // checkpoint.
+  void finish(const Mapper& mapper, bool complete);
+
+ private:
+  struct Pending;
+
+  void resume(const RunIdentity& identity, Mapper& mapper);
+  std::unique_ptr<Pending> copy(const Mapper& mapper, bool complete);
+  void collect();
+  bool is_writing() const { return writing_.valid(); }
+
+  CheckpointSettings settings_;
+  std::unique_ptr<MapFileWriter> writer_;
+  std::map<std::string, std::string> identity_;
+  std::uint64_t positions_ = 0;
+  bool was_complete_ = false;
+  std::vector<FrameRecord> resumed_frames_;
+  std::vector<FrameRecord> frames_;  // not in the file yet
+  std::uint64_t saved_epoch_ = 0;    // what changed since is not in the file
+  std::vector<std::unique_ptr<VoxelBlock>> spare_;
+  std::unique_ptr<Pending> pending_;
+  std::future<void> writing_;
+  Stopwatch since_last_;
+  bool warned_ = false;
+};
+
+}  // namespace panoptic

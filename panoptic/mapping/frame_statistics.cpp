@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/frame_statistics.h"
+
+namespace panoptic {
+
+void FrameStatistics::count_used(const TimedPose& pose) {
+  if (used_ % pose_every_ == 0) {
+    trajectory_.reserve(kMaxPoses);  // all at once: a long run shall hold no more than a short one
+    if (trajectory_.size() == kMaxPoses) {
+      for (std::size_t i = 0; 2 * i < kMaxPoses; ++i) trajectory_[i] = trajectory_[2 * i];
+      trajectory_.resize(kMaxPoses / 2);
+      pose_every_ *= 2;
+    }
+    trajectory_.push_back(pose);
+  }
+  ++used_;
+}
+
+void FrameStatistics::count_skipped(const SkippedFrame& frame) {
+  ++skipped_;
+  ++by_reason_[frame.reason.substr(0, frame.reason.find(':'))];
+  if (first_.size() < kMaxListed) first_.push_back(frame);
+}
+
+}  // namespace panoptic

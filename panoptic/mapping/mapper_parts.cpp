@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapping/mapper_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "panoptic/error.h"
+#include "panoptic/fusion/reference_labels.h"
+#include "panoptic/objects/object_views.h"
+#include "panoptic/profile.h"
+
+namespace panoptic {
+
+MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages replaced)
+    : map_(options.map, std::move(labels)),
+      replaced_(std::move(replaced)),
+      registration_(options.depth),
+      tracker_(options.tracker, map_.labels),
+      integrator_(options.integrator, map_.voxels, map_.labels.first_thing()),
+      maintenance_(options.objects, map_.labels),
+      regularizer_(options.regularizer, map_.voxels),
+      mesher_(options.mesher),
+      regularizes_(options.regularizer.enabled),
+      tasks_{{"maintain", Counted::kLabelFrame, static_cast<std::uint64_t>(options.objects.every_frames), &MapperParts::maintain},
+             {"regularize", Counted::kFrame, static_cast<std::uint64_t>(options.regularizer.every_frames),
+              &MapperParts::regularize_changes}} {
+  if (options.depth.min_m >= options.depth.max_m) {
+    throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
+  }
+  if (!regularizes_) tasks_.pop_back();
+  farthest_camera_m_ = double{map_.voxels.block_size_m()} * (kMaxBlockCoordinate - 2) - options.depth.max_m * 2.0;
+}
+
+Outcome MapperParts::add(const Frame& frame, const Segmentation& segmentation) {
+  StageTimer timer(profile_);
+  const Accepted accepted = accept(frame, segmentation, timer);
+  if (accepted.registered == nullptr) return count_refused(frame, accepted.outcome);
+  timer.done("register");
+  const auto labels = associate({frame, segmentation, *accepted.registered}, timer);  // Eq. 2-5, 12
+  integrator_.integrate(frame, *accepted.registered, labels, map_.voxels);            // Eq. 6-11
+  timer.done("integrate");
+  timer.all_done("fusion");
+  if (replaced_.labelled) replaced_.labelled({frame, segmentation, *accepted.registered}, labels);
+
+  count_frame(frame);
+  count_labels(segmentation);
+  run_due_tasks(Counted::kLabelFrame);
+  run_due_tasks(Counted::kFrame);
+  return {};
+}
+
+Outcome MapperParts::add_geometry(const Frame& frame) {
+  StageTimer timer(profile_);
+  const Accepted accepted = accept(frame, {}, timer);
+  if (accepted.registered == nullptr) return count_refused(frame, accepted.outcome);
+  timer.done("register");
+  no_votes_.assign(accepted.registered->segment.size(), LabelSlot::kNoVote);
+  integrator_.integrate(frame, *accepted.registered, no_votes_, map_.voxels);  // Eq. 6-8
+  timer.done("integrate");
+  timer.all_done("fusion");
+  count_frame(frame);
+  return {};
+}
+
+Outcome MapperParts::add_labels(const Frame& frame, const Segmentation& segmentation) {
+  StageTimer timer(profile_);
+  const Accepted accepted = accept(frame, segmentation, timer);
+  if (accepted.registered == nullptr) return accepted.outcome;
+  timer.done("register labels");
+  const FrameToLabel to_label{frame, segmentation, *accepted.registered};
+  const auto labels = associate(to_label, timer);
+  integrator_.integrate_labels(frame, *accepted.registered, labels, map_.voxels);  // Eq. 9-11
+  timer.done("integrate labels");
+  timer.all_done("label fusion");
+  if (replaced_.labelled) replaced_.labelled(to_label, labels);
+
+  count_labels(segmentation);
+  run_due_tasks(Counted::kLabelFrame);
+  return {};
+}
+
+// Every check of a frame, and colour and segments registered to its depth.
+MapperParts::Accepted MapperParts::accept(const Frame& frame, const Segmentation& segmentation, StageTimer& timer) {
+  Accepted accepted{check_frame(frame, segmentation)};
+  if (!accepted.outcome.used) return accepted;
+  timer.restart();
+  const RegisteredFrame& registered = registration_.apply(frame, segmentation);
+  accepted.outcome = registered.readings > 0 ? integrator_.check_extent(frame, registered, map_.voxels)
+                                             : Outcome::refused("no depth reading between depth.min_m and depth.max_m");
+  if (accepted.outcome.used) accepted.registered = &registered;
+  return accepted;
+}
+
+Outcome MapperParts::check_frame(const Frame& frame, const Segmentation& segmentation) const {
+  if (Outcome outcome = check(frame); !outcome.used) return outcome;
+  if (frame.world_from_camera.translation().cwiseAbs().maxCoeff() > farthest_camera_m_) {
+    return Outcome::refused("pose lies farther out than a map reaches");
+  }
+  return check(segmentation, frame.color.width(), frame.color.height());
+}
+
+Outcome MapperParts::count_refused(const Frame& frame, Outcome outcome) {
+  skip({frame.index, outcome.reason});
+  return outcome;
+}
+
+std::span<const LabelSlot> MapperParts::associate(const FrameToLabel& to_label, StageTimer& timer) {
+  prune_if_due();
+  association_ = replaced_.associate ? replaced_.associate(to_label, map_) : track(to_label, timer);
+  record_views(to_label.segmentation, {to_label.frame.index, association_.segment_ids, association_.segment_areas_px},
+               map_.objects);
+  timer.done("track");
+  return association_.labels;
+}
+
+Association MapperParts::track(const FrameToLabel& to_label, StageTimer& timer) {
+  const auto& [frame, segmentation, registered] = to_label;
+  reference_labels(map_.voxels, frame, registered, reference_);  // Eq. 2
+  timer.done("reference");
+  const auto& labels = tracker_.assign(registered, segmentation.segments, reference_, frame.index, map_.objects);
+  return {labels, tracker_.segment_ids(), tracker_.segment_areas_px()};
+}
+
+void MapperParts::count_frame(const Frame& frame) {
+  up_sum_ -= frame.world_from_camera.linear().col(1);
+  last_frame_ = frame.index;
+  frames_.count_used({frame.time_s, frame.world_from_camera});
+}
+
+void MapperParts::count_labels(const Segmentation& segmentation) {
+  ++label_frames_;
+  if (!segmentation.segment_at.empty()) ++labelled_;
+  note_covisible();
+}
+
+void MapperParts::note_covisible() {
+  std::vector<PanopticId> seen;
+  for (std::size_t s = 0; s < association_.segment_ids.size(); ++s) {
+    const Object* object = map_.objects.find(association_.segment_ids[s]);
+    if (object != nullptr && association_.segment_areas_px[s] > 0) seen.push_back(object->id);
+  }
+  maintenance_.saw_together(seen);
+}
+
+std::vector<PanopticId> MapperParts::segment_ids() const {
+  std::vector<PanopticId> ids;
+  for (const LabelSlot slot : association_.segment_ids) ids.push_back(map_.objects.id_of(slot));
+  return ids;
+}
+
+// One more was counted.
+void MapperParts::run_due_tasks(Counted counted) {
+  const std::uint64_t count = counted == Counted::kFrame ? frames_.used() : label_frames_;
+  for (const Task& task : tasks_) {
+    if (task.counted != counted || count % task.every != 0) continue;
+    const Stopwatch stopwatch;
+    (this->*task.run)();
+    profile_.add(task.stage, stopwatch.seconds());
+  }
+}
+
+void MapperParts::maintain() { maintenance_.run(map_.voxels, map_.objects, regularizer_.votes(), so_far()); }
+
+void MapperParts::regularize_changes() {
+  if (regularizer_.run(map_.voxels) > 0) prune();
+}
+
+void MapperParts::regularize() {
+  if (!regularizes_) return;
+  const Stopwatch stopwatch;
+  regularize_changes();
+  profile_.add("regularize", stopwatch.seconds());
+}
+
+void MapperParts::prune_if_due() {
+  if (map_.objects.wants_retirement()) prune();
+}
+
+// An object whose last voxel was overruled lives on as long as frames voted for it: its surroundings may come to take its side.
+// Covisibility names objects by their ids, and so does what was gathered (now_called), so neither holds a slot.
+void MapperParts::prune() {
+  std::vector<bool> in_use = ids_in_use(map_.voxels);
+  regularizer_.votes().add_in_use(in_use);
+  map_.objects.retire_unused(in_use, regularizer_.named_slots());
+}
+
+void MapperParts::finish() {
+  const Stopwatch maintaining;
+  maintenance_.finish(map_.voxels, map_.objects, regularizer_.votes(), so_far());
+  profile_.add("maintain", maintaining.seconds());
+  regularize();
+  forget_votes_without_voxels();
+}
+
+void MapperParts::forget_votes_without_voxels() {
+  const std::vector<bool> in_use = ids_in_use(map_.voxels);
+  regularizer_.votes().forget_unused(in_use);
+  map_.objects.retire_unused(in_use, regularizer_.named_slots());
+}
+
+const std::vector<std::shared_ptr<const MeshChunk>>& MapperParts::surface() {
+  const Stopwatch stopwatch;
+  mesher_.update(map_);
+  profile_.add("mesh", stopwatch.seconds());
+  return mesher_.chunks();
+}
+
+Mesh MapperParts::mesh() {
+  const Stopwatch stopwatch;
+  mesher_.update(map_);
+  Mesh mesh = mesher_.assemble(map_);
+  profile_.add("mesh", stopwatch.seconds());
+  return mesh;
+}
+
+Vec3d MapperParts::up() const { return up_sum_.norm() > 0 ? Vec3d(up_sum_.normalized()) : Vec3d(-Vec3d::UnitY()); }
+
+void MapperParts::StageTimer::restart() {
+  stopwatch_ = Stopwatch();
+  before_s_ = 0;
+}
+
+void MapperParts::StageTimer::done(const char* stage) {
+  profile_.add(stage, stopwatch_.seconds() - before_s_);
+  before_s_ = stopwatch_.seconds();
+}
+
+}  // namespace panoptic

@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The inside of a Mapper: the stages, the order of events, and what the online pipeline and the map file need of them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "panoptic/crf/regularizer.h"
+#include "panoptic/frame_statistics.h"
+#include "panoptic/fusion/integrator.h"
+#include "panoptic/fusion/label_tracker.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/mapfile/run_notes.h"
+#include "panoptic/mapper.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/objects/object_maintenance.h"
+#include "panoptic/profile.h"
+
+namespace panoptic {
+
+// The state of a mapper beside its map.
+struct MapperState : SavedState {
+  FrameStatistics frames;
+};
+// The state that a map file tells: its notes and the frames that it lists. Throws Error if they are not of one map.
+MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& frames);
+
+// A frame seen from its depth camera, with the segments that were seen in it.
+struct FrameToLabel {
+  const Frame& frame;
+  const Segmentation& segmentation;
+  const RegisteredFrame& registered;
+};
+
+// Which objects the segments of a frame are. Good until the next frame.
+struct Association {
+  std::span<const LabelSlot> labels;       // per depth pixel, and the extra pixel of RegisteredFrame; kNoVote: no label
+  std::span<const LabelSlot> segment_ids;  // per segment
+  std::span<const std::uint32_t> segment_areas_px;
+};
+
+// Functions that a caller puts in place of a stage, or after one. Empty: the stage of the mapper, or nothing.
+struct ReplacedStages {
+  std::function<Association(const FrameToLabel&, PanopticMap&)> associate;        // in place of Eq. 2-5 and 12
+  std::function<void(const FrameToLabel&, std::span<const LabelSlot>)> labelled;  // after the labels were integrated
+};
+
+// Used like a Mapper: one thread at a time.
+class MapperParts {
+ public:
+  // Throws Error if the options contradict each other.
+  MapperParts(const Options& options, LabelSet labels, ReplacedStages replaced = {});
+
+  // The functions of Mapper.
+  Outcome add(const Frame& frame, const Segmentation& segmentation);
+  Outcome add_geometry(const Frame& frame);
+  Outcome add_labels(const Frame& frame, const Segmentation& segmentation);
+  void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
+  void regularize();
+  void finish();
+  Mesh mesh();
+  const PanopticMap& map() const { return map_; }
+  const FrameStatistics& frames() const { return frames_; }
+  std::uint64_t labelled() const { return labelled_; }
+  std::vector<PanopticId> segment_ids() const;
+  Profile& profile() { return profile_; }
+  const Profile& profile() const { return profile_; }
+  Vec3d up() const;
+
+  // Forgets the votes for objects that no voxel holds, and those objects: for when no more frames come.
+  void forget_votes_without_voxels();
+
+  // `regularize` in steps, so that the long one can run beside the mapping: choose_tiles and gather read the map, solve reads
+  // only its argument (and may be called while another thread uses the mapper), write_back changes the map: not where a frame did
+  // meanwhile, and what is about objects that were merged since is about what they are now, or dropped if they are no more.
+  std::vector<std::vector<Slot>> choose_tiles();
+  TileGraph gather(const std::vector<Slot>& blocks) const;
+  TileChanges solve(const TileGraph& tile) const { return regularizer_.solve(tile); }
+  void write_back(TileChanges changes);
+
+  // The surface in chunks, by slot, brought up to date; whoever copies the pointers may read them at any time later.
+  const std::vector<std::shared_ptr<const MeshChunk>>& surface();
+
+  // To save a mapper, and to go on from there: then the same frames give the same map as without the interruption, bit for bit.
+  // restore REQUIRES a mapper with the options and labels of the one that was saved, to which nothing was added.
+  MapperState state() const;
+  void restore(PanopticMap map, MapperState state);
+
+ private:
+  // Frames are counted when their geometry is integrated, label frames when their labels are, or could have been.
+  enum class Counted { kFrame, kLabelFrame };
+  // Work between frames: after every so many of what is counted.
+  struct Task {
+    const char* stage;
+    Counted counted;
+    std::uint64_t every;
+    void (MapperParts::*run)();
+  };
+  // How long the stages of the frame that is being added take.
+  class StageTimer {
+   public:
+    explicit StageTimer(Profile& profile) : profile_(profile) {}
+    void restart();
+    void done(const char* stage);
+    void all_done(const char* sum) { profile_.add(sum, stopwatch_.seconds()); }
+
+   private:
+    Profile& profile_;
+    Stopwatch stopwatch_;
+    double before_s_ = 0;
+  };
+  // A frame that passed every check; `registered` is null if it did not.
+  struct Accepted {
+    Outcome outcome;
+    const RegisteredFrame* registered = nullptr;
+  };
+
+  Accepted accept(const Frame& frame, const Segmentation& segmentation, StageTimer& timer);
+  Outcome check_frame(const Frame& frame, const Segmentation& segmentation) const;
+  Outcome count_refused(const Frame& frame, Outcome outcome);
+  std::span<const LabelSlot> associate(const FrameToLabel& to_label, StageTimer& timer);
+  Association track(const FrameToLabel& to_label, StageTimer& timer);
+  void count_frame(const Frame& frame);
+  void count_labels(const Segmentation& segmentation);
+  void note_covisible();
+  void run_due_tasks(Counted counted);
+  void maintain();
+  void regularize_changes();
+  void prune_if_due();
+  void prune();
+  std::optional<std::uint16_t> now_called(std::uint16_t label, PanopticId next_id) const;
+  SoFar so_far() const { return {up(), last_frame_, labelled_}; }
+
+  PanopticMap map_;
+  ReplacedStages replaced_;
+  Registration registration_;
+  LabelTracker tracker_;
+  Integrator integrator_;
+  ObjectMaintenance maintenance_;
+  Regularizer regularizer_;
+  Mesher mesher_;
+  bool regularizes_;
+  std::vector<Task> tasks_;
+  std::vector<LabelSlot> reference_;
+  std::vector<LabelSlot> no_votes_;  // of a frame without labels
+  Association association_;          // of the last frame with labels
+  FrameStatistics frames_;
+  std::uint64_t label_frames_ = 0;
+  std::uint64_t labelled_ = 0;
+  Profile profile_;
+  Vec3d up_sum_ = Vec3d::Zero();
+  std::int64_t last_frame_ = 0;
+  double farthest_camera_m_ = 0;  // from the origin, along an axis
+};
+
+}  // namespace panoptic

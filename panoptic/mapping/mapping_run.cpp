@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapping/mapping_run.h"
+
+#include <exception>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "panoptic/mapping/online_playback.h"
+#include "panoptic/mapping/run_recorder.h"
+#include "panoptic/profile.h"
+
+namespace panoptic {
+namespace {
+
+constexpr const char* kInterrupted = "interrupted";
+
+// The part of the range that is not in the map yet.
+FrameRange rest_of(FrameRange range, std::uint64_t done) {
+  range.begin += done * range.step;
+  return range;
+}
+
+Segmentation predict(const MappingRun& run, const Frame& frame) {
+  if (run.predictor == nullptr || !check(frame).used) return {};
+  const Stopwatch predicting;
+  Segmentation segmentation = run.predictor->predict(frame);
+  run.mapper.profile().add("predict", predicting.seconds());
+  return segmentation;
+}
+
+void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
+  const auto frame = std::make_shared<const Frame>(std::move(read));
+  const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
+  const Outcome outcome = run.mapper.add(*frame, *segmentation);
+  recorder.frame(*frame, !segmentation->segment_at.empty(), outcome);
+  if (outcome.used && publisher != nullptr) publisher->added(frame, segmentation);
+}
+
+// Returns why it ended before the range did; empty if it did not.
+std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
+  std::size_t done = run.checkpoints != nullptr ? run.checkpoints->positions() : 0;
+  FrameStream stream(run.dataset, rest_of(run.range, done));
+  for (;; ++done) {
+    if (publisher != nullptr) publisher->at(done);
+    if (!run.go_on(done)) return kInterrupted;
+    const Stopwatch waiting;
+    std::optional<ReadResult> read = stream.next();
+    if (!read) return "";
+    run.mapper.profile().add("read", waiting.seconds());
+    if (read->frame) {
+      map_frame(std::move(*read->frame), run, recorder, publisher);
+    } else {
+      run.mapper.skip(read->skipped);
+      recorder.not_given({.frame = read->skipped.index, .unused_because = read->skipped.reason});
+    }
+    recorder.save_if_due(run.mapper);
+  }
+}
+
+// The end of the mapping. An interrupted map stays in its file as it was between two frames, because it can be resumed.
+void finish(const MappingRun& run, bool complete) {
+  if (run.checkpoints != nullptr && !complete) run.checkpoints->finish(run.mapper, false);
+  run.mapper.finish();
+  if (run.checkpoints != nullptr && complete) run.checkpoints->finish(run.mapper, true);
+}
+
+MappingResult result_of(const MappingRun& run, const RunRecorder& recorder) {
+  MappingResult result;
+  if (run.predictor != nullptr) result.without_prediction = recorder.without_labels();
+  result.first_used = recorder.first_used();
+  result.last_used = recorder.last_used();
+  return result;
+}
+
+}  // namespace
+
+std::string failure_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::bad_alloc&) {
+    return kOutOfMemory;
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "";
+}
+
+MappingResult map_offline(const MappingRun& run, LoopPublisher* publisher) {
+  RunRecorder recorder(run.checkpoints);
+  if (run.checkpoints != nullptr && run.checkpoints->was_complete()) return result_of(run, recorder);
+  std::string stopped_by;
+  std::string failure = failure_of([&] {
+    stopped_by = map_frames(run, recorder, publisher);
+    finish(run, stopped_by.empty());
+  });
+  if (!failure.empty()) stopped_by = failure;
+  if (publisher != nullptr) {
+    const std::string unseen = failure_of([&] { publisher->finish(stopped_by); });
+    if (failure.empty()) failure = unseen;
+  }
+  MappingResult result = result_of(run, recorder);
+  result.stopped_by = std::move(stopped_by);
+  result.failure = std::move(failure);
+  return result;
+}
+
+MappingResult map_online(const MappingRun& run, double speed, const OnlineOptions& options, LatestSnapshot& latest) {
+  RunRecorder recorder(run.checkpoints);
+  OnlinePipeline::Parts parts{run.mapper, run.predictor, &latest, run.range.count(run.dataset.size())};
+  parts.recorder = &recorder;
+  OnlinePipeline pipeline(parts, options);
+  std::string failure = failure_of([&] {
+    play(run.dataset, {run.range, speed}, pipeline, [&](std::size_t done) {
+      if (!run.go_on(done)) pipeline.stop(kInterrupted);
+    });
+  });
+  if (!failure.empty()) pipeline.stop(failure);
+  const OnlineReport report = pipeline.finish();
+  if (report.failure) failure = failure_of([&] { std::rethrow_exception(report.failure); });
+  if (run.checkpoints != nullptr) {
+    const bool complete = failure.empty() && report.stopped_by.empty();
+    const std::string unsaved = failure_of([&] { run.checkpoints->finish(run.mapper, complete); });
+    if (failure.empty()) failure = unsaved;
+  }
+  MappingResult result = result_of(run, recorder);
+  result.stopped_by = failure.empty() ? report.stopped_by : failure;
+  result.failure = std::move(failure);
+  result.online = report;
+  return result;
+}
+
+}  // namespace panoptic

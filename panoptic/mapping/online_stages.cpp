@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapping/online_stages.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+#include "panoptic/profile.h"
+
+namespace panoptic {
+namespace {
+
+using Clock = RunControl::Clock;
+
+// The frame goes into the map file; blocks are copied if it is time, so the mapper must be held.
+void record(SharedRun& run, const ArrivedFrame& arrived, const Outcome& outcome) {
+  if (run.recorder == nullptr) return;
+  record_dropped(run);
+  arrived.position = run.recorder->frame(arrived.frame, false, outcome);
+  run.recorder->save_if_due(run.mapper);
+}
+
+void fuse_geometry(SharedRun& run, const FusionJob& job) {
+  Outcome outcome;
+  {
+    const std::lock_guard lock(run.mapper_mutex);
+    outcome = run.mapper.add_geometry(job.arrived->frame);
+    record(run, *job.arrived, outcome);
+    if (outcome.used) {
+      run.publisher.fused({job.arrived, &job.arrived->frame});
+      run.fused_unseen.push_back(job.arrived->read_at);
+    }
+  }
+  outcome.used ? run.counters.fused(job.arrived->read_at) : run.counters.refused();
+}
+
+void fuse_labels(SharedRun& run, const FusionJob& job) {
+  {
+    const std::lock_guard lock(run.mapper_mutex);
+    if (!run.mapper.add_labels(job.arrived->frame, *job.segmentation).used) return;
+    if (run.recorder != nullptr) run.recorder->labelled(job.arrived->frame, job.arrived->position);
+    run.publisher.labelled({{job.arrived, &job.arrived->frame}, job.segmentation, run.mapper.segment_ids()});
+  }
+  run.counters.labelled(job.arrived->read_at);
+}
+
+Segmentation predict(SharedRun& run, const SharedFrame& arrived) {
+  if (!run.halves) return run.predictor->predict(arrived->frame);
+  run.semantic_todo.push(arrived);
+  run.before_work("instance");
+  const Stopwatch running;
+  const std::vector<Instance> instances = run.halves->instances(arrived->frame.color);
+  run.counters.took("instance", running);
+  const std::optional<Image<ClassId>> semantic = run.semantic_done.pop();
+  return semantic ? run.halves->join(*semantic, instances) : Segmentation();  // nothing: the run has failed
+}
+
+// Tile by tile: mapping pauses only while one is copied or written.
+void regularize(SharedRun& run) {
+  std::vector<std::vector<Slot>> tiles;
+  {
+    const std::lock_guard lock(run.mapper_mutex);
+    tiles = run.mapper.parts().choose_tiles();
+  }
+  for (const std::vector<Slot>& blocks : tiles) {
+    if (!run.control.wait_until(Clock::now())) return;
+    TileGraph tile;
+    {
+      const std::lock_guard lock(run.mapper_mutex);
+      tile = run.mapper.parts().gather(blocks);
+    }
+    TileChanges changes = run.mapper.parts().solve(tile);
+    const std::lock_guard lock(run.mapper_mutex);
+    run.mapper.parts().write_back(std::move(changes));
+  }
+}
+
+// Calls `work` every so many seconds, late rather than twice, until the stages are to end.
+template <typename Work>
+void now_and_then(SharedRun& run, float every_s, const char* stage, const Work& work) {
+  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(every_s));
+  for (auto due = Clock::now() + period; run.control.wait_until(due); due = std::max(due + period, Clock::now())) {
+    run.before_work(stage);
+    work();
+  }
+}
+
+}  // namespace
+
+void fuse_jobs(SharedRun& run) {
+  while (const std::optional<FusionJob> job = run.jobs.pop()) {
+    run.before_work("fusion");
+    job->segmentation ? fuse_labels(run, *job) : fuse_geometry(run, *job);
+  }
+}
+
+void predict_newest(SharedRun& run) {
+  while (const std::optional<SharedFrame> arrived = run.newest.take()) {
+    run.before_work("networks");
+    if (!check((*arrived)->frame).used) continue;
+    const Stopwatch predicting;
+    auto segmentation = std::make_shared<const Segmentation>(predict(run, *arrived));
+    run.counters.took("predict", predicting);
+    // One place is kept for labels, so that frames cannot crowd them out.
+    if (!segmentation->segment_at.empty() && !run.jobs.push({*arrived, std::move(segmentation)}, 1)) break;
+  }
+  run.semantic_todo.close();
+}
+
+void run_semantic_network(SharedRun& run) {
+  while (const std::optional<SharedFrame> arrived = run.semantic_todo.pop()) {
+    run.before_work("semantic");
+    const Stopwatch running;
+    Image<ClassId> classes = run.halves->semantic((*arrived)->frame.color);
+    run.counters.took("semantic", running);
+    run.semantic_done.push(std::move(classes));
+  }
+}
+
+void regularize_now_and_then(SharedRun& run) {
+  now_and_then(run, run.options.regularize_every_s, "regularizer", [&] {
+    const Stopwatch regularizing;
+    regularize(run);
+    run.counters.took("regularize beside", regularizing);
+  });
+}
+
+void publish_now_and_then(SharedRun& run) {
+  now_and_then(run, run.options.mesh_every_s, "mesher", [&] { publish(run, false); });
+}
+
+void publish(SharedRun& run, bool finished) {
+  const Stopwatch publishing;
+  RunState state = run.counters.run_state();
+  state.frames_total = run.total;
+  state.finished = finished;
+  state.stopped_by = run.control.stopped_by();
+  std::vector<Clock::time_point> seen;
+  MapCapture capture;
+  {
+    const std::lock_guard lock(run.mapper_mutex);
+    capture = run.publisher.capture(run.mapper, std::move(state));
+    seen.swap(run.fused_unseen);
+  }
+  run.publisher.publish(std::move(capture));
+  run.counters.took("publish", publishing);
+  run.counters.visible(seen);
+}
+
+void record_dropped(SharedRun& run) {
+  if (run.recorder == nullptr) return;
+  for (FrameRecord& record : run.dropped.take_all()) run.recorder->not_given(std::move(record));
+}
+
+void abandon_work(SharedRun& run) {
+  run.jobs.abandon();
+  run.newest.abandon();
+  run.semantic_todo.abandon();
+  run.semantic_done.close();
+}
+
+}  // namespace panoptic

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The stages of the online pipeline: each function is the work of one thread, from the first frame to the last.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "panoptic/frame.h"
+#include "panoptic/mapping/mapper_parts.h"
+#include "panoptic/mapping/online_control.h"
+#include "panoptic/mapping/online_counters.h"
+#include "panoptic/mapping/online_queues.h"
+#include "panoptic/mapping/publisher.h"
+#include "panoptic/mapping/run_recorder.h"
+#include "panoptic/options.h"
+#include "panoptic/predictor.h"
+#include "panoptic/segmentation.h"
+
+namespace panoptic {
+
+// A frame that was handed over.
+struct ArrivedFrame {
+  Frame frame;
+  RunControl::Clock::time_point read_at;
+  mutable std::int64_t position = 0;  // in the recording, once it is known; the mapper's mutex guards it
+};
+using SharedFrame = std::shared_ptr<const ArrivedFrame>;
+
+// A piece of work for fusion: the geometry of a frame, or its labels if there is a segmentation.
+struct FusionJob {
+  SharedFrame arrived;
+  std::shared_ptr<const Segmentation> segmentation;
+};
+
+// All that the stages share.
+struct SharedRun {
+  const OnlineOptions options;
+  const std::uint64_t total;  // frames that will come; 0 = not known
+  const std::function<void(std::string_view stage)> before_work;
+  Predictor* const predictor;
+  const std::optional<PredictorHalves> halves;
+
+  FairMutex mapper_mutex;  // guards these four
+  Mapper& mapper;
+  RunRecorder* const recorder;                                   // may be nullptr
+  SnapshotPublisher publisher;                                   // but for publish
+  std::vector<RunControl::Clock::time_point> fused_unseen = {};  // read times of the frames that no snapshot shows yet
+
+  BoundedQueue<FusionJob> jobs;
+  Mailbox<SharedFrame> newest = {};
+  BoundedQueue<SharedFrame> semantic_todo{1};
+  BoundedQueue<Image<ClassId>> semantic_done{1};
+  Tray<FrameRecord> dropped = {};  // frames that the recorder does not know of yet
+
+  RunControl control = {};
+  OnlineCounters counters = {};
+};
+
+// Each returns when there is no more work for it, or when the run has failed.
+void fuse_jobs(SharedRun& run);
+void predict_newest(SharedRun& run);
+void run_semantic_network(SharedRun& run);
+void regularize_now_and_then(SharedRun& run);
+void publish_now_and_then(SharedRun& run);
+
+// One snapshot. REQUIRES that publish_now_and_then is not at work.
+void publish(SharedRun& run, bool finished);
+// Hands the recorder what it does not know of yet. REQUIRES the mapper's mutex.
+void record_dropped(SharedRun& run);
+// Wakes every stage that waits and leaves it nothing to wait for.
+void abandon_work(SharedRun& run);
+
+}  // namespace panoptic

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/options.h"
+
+#include <fmt/format.h>
+
+#include "panoptic/base/config.h"
+#include "panoptic/crf/regularizer.h"
+#include "panoptic/error.h"
+#include "panoptic/fusion/integrator.h"
+#include "panoptic/fusion/label_tracker.h"
+#include "panoptic/fusion/registration.h"
+#include "panoptic/map/option_fields.h"
+#include "panoptic/mapping/builtin_presets.h"
+#include "panoptic/mapping/option_fields.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/objects/object_maintenance.h"
+#include "panoptic/predict/option_fields.h"
+
+namespace panoptic {
+
+Fields fields(Options& o) {
+  Fields all = {{"labels", &o.labels, "label set: a built-in name or a TOML file; empty: the predictions' own, else indoor", {}},
+                {"predictions", &o.predictions, "folder of predictions to use instead of networks", {}}};
+  append_group(all, "networks", fields(o.networks));
+  append_group(all, "depth", fields(o.depth));
+  append_group(all, "map", fields(o.map));
+  append_group(all, "tracker", fields(o.tracker));
+  append_group(all, "integrator", fields(o.integrator));
+  append_group(all, "objects", fields(o.objects));
+  append_group(all, "regularizer", fields(o.regularizer));
+  append_group(all, "mesher", fields(o.mesher));
+  append_group(all, "online", fields(o.online));
+  return all;
+}
+
+Options preset_options(const std::string& name) {
+  Options options;
+  if (name == kDefaultPreset) return options;
+  const auto text = builtin_preset(name);
+  if (!text) throw Error(fmt::format("there is no preset '{}': use {} or {}", name, kDefaultPreset, builtin_preset_names()));
+  read_toml_text(*text, fmt::format("preset {}", name), fields(options));
+  return options;
+}
+
+std::string preset_names() { return builtin_preset_names(); }
+
+Options load_options(const std::filesystem::path& path) {
+  Options options;
+  read_toml_file(path, fields(options));
+  return options;
+}
+
+void set_option(Options& options, const std::string& assignment) { set_field(fields(options), assignment); }
+
+}  // namespace panoptic

@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapping/outputs.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <type_traits>
+
+#include "panoptic/base/config.h"
+#include "panoptic/base/files.h"
+#include "panoptic/base/version.h"
+#include "panoptic/frame_statistics.h"
+#include "panoptic/io/views.h"
+#include "panoptic/mapping/option_fields.h"
+#include "panoptic/mesh.h"
+#include "panoptic/outputs.h"
+#include "panoptic/profile.h"
+
+namespace panoptic {
+namespace {
+
+Json to_json(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json to_json(const Rgb& c) { return {c.r, c.g, c.b}; }
+
+Json to_json(const DurationHistogram& h) {
+  return {{"count", h.count()},
+          {"mean_ms", h.mean_ms()},
+          {"p50_ms", h.percentile_ms(0.5)},
+          {"p95_ms", h.percentile_ms(0.95)},
+          {"max_ms", h.max_ms()}};
+}
+
+Json to_json(const LabelSet& labels) {
+  Json list = Json::array();
+  for (const LabelClass& c : labels.classes()) {
+    list.push_back({{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", to_json(c.color)}});
+  }
+  return list;
+}
+
+Json value_json(const Field& field) {
+  return std::visit(
+      [](const auto& value) -> Json {
+        using T = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, AppendTable>) {
+          return nullptr;
+        } else if constexpr (std::is_same_v<T, std::optional<double>*>) {
+          return value->has_value() ? Json(**value) : Json(nullptr);
+        } else {
+          return *value;
+        }
+      },
+      field.value);
+}
+
+Json to_json(const Fields& fields) {
+  Json json = Json::object();
+  for (const Field& field : fields) {
+    Json* place = &json;
+    std::string key = field.key;
+    for (std::size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.')) {
+      place = &(*place)[key.substr(0, dot)];
+      key = key.substr(dot + 1);
+    }
+    (*place)[key] = value_json(field);
+  }
+  return json;
+}
+
+Json to_json(const FrameStatistics& frames) {
+  Json list = Json::array();
+  for (const SkippedFrame& f : frames.first_skipped()) list.push_back({{"index", f.index}, {"reason", f.reason}});
+  return {{"used", frames.used()},
+          {"skipped", frames.skipped()},
+          {"skipped_by_reason", frames.skipped_by_reason()},
+          {"skipped_frames", std::move(list)}};
+}
+
+Json to_json(const Profile& profile) {
+  Json stages = Json::object();
+  for (const auto& [name, histogram] : profile.stages()) stages[name] = to_json(histogram);
+  return stages;
+}
+
+Json to_json(const OnlineReport& o) {
+  return {{"read", o.read},
+          {"used", o.used},
+          {"skipped", o.skipped},
+          {"dropped", o.dropped},
+          {"lost", o.lost},
+          {"labelled", o.labelled},
+          {"passed_over", o.passed_over},
+          {"geometry_hz", o.geometry_hz},
+          {"label_hz", o.label_hz},
+          {"latency", to_json(o.latency)}};
+}
+
+Json to_json(const OrientedBox& box) {
+  Json axes = Json::array();
+  for (int a = 0; a < 3; ++a) axes.push_back(to_json(Vec3d(box.axes.col(a))));
+  return {{"center_m", to_json(box.center_m)}, {"axes", std::move(axes)}, {"size_m", to_json(box.size_m)}};
+}
+
+Json to_json(const VoteHistory& votes, const LabelSet& labels) {
+  Json bins = Json::array();
+  for (const VoteHistory::Bin& bin : votes.bins()) {
+    Json classes = Json::object();
+    for (const auto& [class_id, count] : bin.votes) classes[std::string(labels.name_of(class_id))] = count;
+    bins.push_back({{"first_frame", votes.first_frame(bin)}, {"classes", std::move(classes)}});
+  }
+  return {{"frames_per_bin", votes.frames_per_bin()}, {"bins", std::move(bins)}};
+}
+
+Json to_json(const BestViews& best, const LabelSet& labels) {
+  Json views = Json::array();
+  for (const ObjectView& view : best.views()) {
+    views.push_back({{"frame", view.frame},
+                     {"class", labels.name_of(view.class_id)},
+                     {"score", view.score},
+                     {"visible_px", view.visible_px},
+                     {"box_px", {view.box.u0, view.box.v0, view.box.u1, view.box.v1}}});
+  }
+  return views;
+}
+
+// The changes that object maintenance made to an object, in words.
+Json history_json(const Object& object, ClassId class_id, const LabelSet& labels) {
+  Json history = Json::array();
+  if (object.observations == 0) {
+    history.push_back(fmt::format("after frame {}: found by its shape, no mask ever told it apart", object.first_frame));
+  }
+  const std::uint64_t earlier = object.parts.count() - object.parts.latest().size();
+  if (earlier > 0) history.push_back(fmt::format("{} other objects were joined with it earlier, parts of it", earlier));
+  for (const ObjectPart& part : object.parts.latest()) {
+    history.push_back(fmt::format("after frame {}: joined with object {}, a part of it", part.frame, number(part.id)));
+  }
+  const auto own = object.evidence.find(class_id);
+  const double least = own == object.evidence.end() ? 0 : own->second;
+  for (const ClassId ruled_out : object.ruled_out) {
+    const auto found = object.evidence.find(ruled_out);
+    if (found == object.evidence.end() || found->second <= least) continue;
+    history.push_back(fmt::format("at the end: too large to be a {}", labels.name_of(ruled_out)));
+  }
+  return history;
+}
+
+Json to_json(const Object& object, const ObjectShape& shape, const Mapper& mapper) {
+  const ClassId class_id = mapper.map().objects.class_of(object.slot);
+  Json probabilities = Json::object();
+  for (const ClassProbability& p : mapper.map().objects.probabilities(object.slot)) {
+    probabilities[std::string(mapper.map().labels.name_of(p.class_id))] = p.probability;
+  }
+  return {{"id", number(object.id)},
+          {"class_id", number(class_id)},
+          {"class", mapper.map().labels.name_of(class_id)},
+          {"probabilities", std::move(probabilities)},
+          {"box", {{"min_m", to_json(shape.min_m)}, {"max_m", to_json(shape.max_m)}}},
+          {"oriented_box", to_json(shape.oriented_box)},
+          {"centroid_m", to_json(shape.centroid_m)},
+          {"surface_area_m2", shape.area_m2},
+          {"vertices", shape.vertices},
+          {"first_frame", object.first_frame},
+          {"last_frame", object.last_frame},
+          {"observations", object.observations},
+          {"votes", to_json(object.votes, mapper.map().labels)},
+          {"best_views", to_json(object.best_views, mapper.map().labels)},
+          {"history", history_json(object, class_id, mapper.map().labels)}};
+}
+
+// The form of the TUM RGB-D benchmark.
+std::string trajectory_text(const std::vector<TimedPose>& trajectory) {
+  std::string text = "# time_s x_m y_m z_m qx qy qz qw (world from depth camera)\n";
+  for (const TimedPose& pose : trajectory) {
+    const Vec3d t = pose.world_from_camera.translation();
+    const Eigen::Quaterniond q(pose.world_from_camera.linear());
+    text += fmt::format("{:.6f} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", pose.time_s, t.x(), t.y(), t.z(), q.x(),
+                        q.y(), q.z(), q.w());
+  }
+  return text;
+}
+
+}  // namespace
+
+Json objects_json(const Mapper& mapper, const Mesh& mesh) {
+  Json objects = Json::array();
+  for (const ObjectShape& shape : object_shapes(mesh)) {
+    const Object* object = mapper.map().objects.find(shape.id);
+    if (object != nullptr) objects.push_back(to_json(*object, shape, mapper));
+  }
+  Json merged_into = Json::object();
+  for (const MergedObject& m : mapper.map().objects.merged()) merged_into[std::to_string(number(m.id))] = number(m.into);
+  return {{"objects", std::move(objects)}, {"merged_into", std::move(merged_into)}};
+}
+
+Json report_json(const Mapper& mapper, const Options& options, const RunSummary& run, const Mesh& mesh) {
+  Options copy = options;
+  Json report = {{"program", fmt::format("panoptic {}", version())},
+                 {"dataset", run.dataset},
+                 {"recording", run.recording},
+                 {"calibration", run.calibration.empty() ? Json(nullptr) : Json(run.calibration)},
+                 {"predictor", run.predictor},
+                 {"complete", run.complete}};
+  if (!run.complete) report["stopped_by"] = run.stopped_by;
+  report["frames"] = to_json(mapper.frames());
+  report["frames"]["without_prediction"] = run.without_prediction;
+  report["wall_s"] = run.wall_s;
+  report["frames_per_s"] = run.wall_s > 0 ? static_cast<double>(mapper.frames().used()) / run.wall_s : 0;
+  if (run.online) report["online"] = to_json(*run.online);
+  report["stages"] = to_json(mapper.profile());
+  report["peak_rss_mb"] = peak_rss_mb();
+  report["block_count"] = mapper.map().voxels.block_count();
+  report["map_memory_mb"] = static_cast<double>(mapper.map().voxels.memory_bytes()) / 1e6;
+  report["map_hash"] = fmt::format("{:016x}", mapper.map().voxels.hash());
+  report["mesh"] = {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
+  report["up"] = to_json(mapper.up());
+  report["objects_refused"] = mapper.map().objects.refused();
+  report["label_set"] = mapper.map().labels.name();
+  report["labels"] = to_json(mapper.map().labels);
+  report["options"] = to_json(fields(copy));
+  return report;
+}
+
+void write_outputs(const std::filesystem::path& folder, Mapper& mapper, const Options& options, const RunSummary& run) {
+  const Mesh mesh = mapper.mesh();
+  write_ply(folder / "mesh.ply", mesh);
+  write_json_file(folder / "objects.json", objects_json(mapper, mesh));
+  Options copy = options;
+  write_file(folder / "options.toml", to_toml(fields(copy)));
+  write_file(folder / "trajectory.txt", trajectory_text(mapper.frames().trajectory()));
+  write_glb(folder / "scene.glb", mesh, mapper.map().labels, mapper.up());
+  run.pictures ? write_views(folder / "views", mesh, mapper.up(), mapper.map().labels) : remove_views(folder / "views");
+  write_json_file(folder / "report.json", report_json(mapper, options, run, mesh));
+}
+
+}  // namespace panoptic

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "panoptic/mapping/snapshot.h"
+
+namespace panoptic {
+
+struct SavedSnapshot {
+  SnapshotScene scene;
+  std::shared_ptr<const Snapshot> snapshot;
+  std::string note;  // what the file lacks because its format is older; else empty
+};
+
+// A map file as the run that wrote it looked at its end. Throws Error: no sound map.
+SavedSnapshot open_snapshot(const std::filesystem::path& path);
+
+}  // namespace panoptic

@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/map_pairs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "panoptic/analysis/seen_space.h"
+#include "tests/expect_error.h"
+#include "tests/fresh_folder.h"
+#include "tests/fusion/scenes.h"
+#include "tests/mapping/mapped.h"
+
+namespace panoptic {
+namespace {
+
+using test::fresh_folder;
+using testing::HasSubstr;
+
+constexpr double kFloor_m = 0.6;  // y points down
+
+// A ball that is said to be a chair. Those are things.
+struct Ball {
+  Vec3d center;
+  double radius_m = 0.3;
+};
+const Ball kStays{{0, 0.3, 0}, 0.3};
+const Ball kFloats{{-0.9, -0.2, 0.1}, 0.2};  // far from every other surface: the distance field says nothing of its place
+const Ball kSmall{{0.8, 0.4, 0.2}, 0.2};
+
+test::LabelledView view_of(const std::vector<Ball>& balls, int i) {
+  std::vector<test::Surface> surfaces{test::plane(Vec3d::UnitY(), kFloor_m)};
+  for (const Ball& ball : balls) surfaces.push_back(test::sphere(ball.center, ball.radius_m));
+  const double angle = 0.52 * i;
+  const Pose pose = test::look_at({2.2 * std::cos(angle), -1.2, 2.2 * std::sin(angle)}, {0, 0.1, 0});
+  const Frame frame = test::render(test::nearest_of(surfaces), test::small_camera(), pose, i);
+  Segmentation s{Image<std::uint16_t>(160, 120), {{ClassId{2}, 1, {}}}};
+  for (std::size_t k = 0; k < balls.size(); ++k) s.segments.push_back({ClassId{3}, 0.9F, {{ClassId{3}, 1.0F}}});
+  for (int v = 0; v < 120; ++v) {
+    for (int u = 0; u < 160; ++u) {
+      if (frame.depth(u, v) <= 0) continue;
+      const Vec3d p = pose * back_project(frame.depth_camera, u, v, frame.depth(u, v));
+      s.segment_at(u, v) = 1;
+      for (std::size_t k = 0; k < balls.size(); ++k) {
+        if (std::abs((p - balls[k].center).norm() - balls[k].radius_m) < 1e-3)
+          s.segment_at(u, v) = static_cast<std::uint16_t>(k + 2);
+      }
+    }
+  }
+  return {frame, s};
+}
+
+MapWithFrames map_of(const std::vector<Ball>& balls, int begin = 0, int end = 12) {
+  RunIdentity run{"balls", "", "", {}};
+  run.options.map.voxel_size_m = 0.04F;
+  const auto path = fresh_folder() / "balls.panoptic";
+  test::map_views([&](int i) { return view_of(balls, i); }, begin, end, run, test::test_labels(), path);
+  return load_map_with_frames(path);
+}
+
+MapDiff diff(const MapWithFrames& a, const MapWithFrames& b) { return diff_maps(a, b, "A", "B"); }
+
+std::vector<std::string> kinds(const MapDiff& d) {
+  std::vector<std::string> all;
+  for (const ObjectChange& c : d.changes) all.emplace_back(name_of(c.kind));
+  return all;
+}
+
+TEST(MapDiff, NothingChangesBetweenAMapAndItself) {
+  const MapWithFrames map = map_of({kStays, kSmall, kFloats});
+  const MapDiff same = diff(map, map);
+  EXPECT_THAT(kinds(same), testing::IsEmpty());
+  EXPECT_EQ(same.unchanged, 3U);
+}
+
+TEST(MapDiff, SaysWhatVanishedAndWhatAppearedAlsoInMidAir) {
+  const MapWithFrames a = map_of({kStays, kFloats});
+  const MapWithFrames b = map_of({kStays});
+  const MapDiff gone = diff(a, b);
+  ASSERT_THAT(kinds(gone), testing::ElementsAre("vanished"));
+  EXPECT_EQ(gone.unchanged, 1U);
+  ASSERT_TRUE(gone.changes[0].before.has_value());
+  EXPECT_FALSE(gone.changes[0].after.has_value());
+  EXPECT_LT((gone.changes[0].before->box.center_m - kFloats.center).norm(), 0.1);
+  EXPECT_GT(gone.changes[0].empty_share, 0.5);
+  const MapDiff come = diff(b, a);
+  ASSERT_THAT(kinds(come), testing::ElementsAre("appeared"));
+  EXPECT_LT((come.changes[0].after->box.center_m - kFloats.center).norm(), 0.1);
+}
+
+TEST(MapDiff, WhatTheOtherMapDidNotLookAtIsNotSaidToBeGone) {
+  const MapWithFrames a = map_of({kStays, kFloats});
+  MapWithFrames b = map_of({kStays});
+  b.frames.clear();  // no camera looked anywhere, as far as is known
+  EXPECT_THAT(kinds(diff(a, b)), testing::ElementsAre("not_seen_in_b"));
+  EXPECT_THAT(kinds(diff(b, a)), testing::ElementsAre("not_seen_in_a"));
+}
+
+TEST(MapDiff, SaysWhatMovedAndHowFar) {
+  Ball moved = kSmall;
+  moved.center += Vec3d(-1.4, 0, 0.5);
+  const MapWithFrames a = map_of({kStays, kSmall});
+  const MapWithFrames b = map_of({kStays, moved});
+  for (const bool forwards : {true, false}) {
+    const MapDiff d = forwards ? diff(a, b) : diff(b, a);
+    ASSERT_THAT(kinds(d), testing::ElementsAre("moved"));
+    EXPECT_NEAR(d.changes[0].moved_m, std::hypot(1.4, 0.5), 0.08);
+    EXPECT_LT((d.changes[0].after->box.center_m - (forwards ? moved : kSmall).center).norm(), 0.1);
+  }
+}
+
+TEST(MapDiff, AnotherSizeIsAnotherThing) {
+  const Ball large{{-0.8, 0.15, 0.6}, 0.45};
+  const MapDiff d = diff(map_of({kStays, kSmall}), map_of({kStays, large}));
+  EXPECT_THAT(kinds(d), testing::ElementsAre("vanished", "appeared"));
+}
+
+TEST(MapDiff, WhatOnlyLostItsLabelIsNotGone) {
+  const MapWithFrames a = map_of({kStays, kSmall});
+  MapWithFrames b = map_of({kStays, kSmall});
+  const MapQuery query(b.saved.map);
+  const LabelSlot small = query.nearest(kSmall.center, 1).at(0).object.slot;
+  for (Slot slot = 0; slot < b.saved.map.voxels.block_count(); ++slot) {
+    for (std::uint16_t& label : b.saved.map.voxels.block(slot).label) label = label == number(small) ? std::uint16_t{2} : label;
+  }
+  const MapDiff d = diff(a, b);
+  ASSERT_THAT(kinds(d), testing::ElementsAre("other_label"));
+  EXPECT_EQ(d.unchanged, 1U);
+}
+
+TEST(MapDiff, RefusesMapsThatDoNotFit) {
+  const MapWithFrames a = map_of({kStays}, 0, 2);
+  MapWithFrames b = map_of({kStays}, 0, 2);
+  b.saved.options.voxel_size_m = 0.03F;
+  EXPECT_THAT(test::error_of([&] { (void)diff(a, b); }), HasSubstr("A has voxels of 0.04 m"));
+}
+
+TEST(SeenSpace, IsWhatACameraLookedThrough) {
+  const MapWithFrames map = map_of({kStays}, 0, 1);
+  const SeenSpace space(map.saved.map.voxels, map.frames, 8);
+  const Pose camera = *map.frames.at(0).world_from_camera;
+  const auto ahead = [&](double distance_m) -> Vec3d { return camera * Vec3d(0, 0, distance_m); };
+  EXPECT_EQ(space.at(ahead(0.5)), Occupancy::kFree);
+  EXPECT_EQ(space.at(ahead(1.5)), Occupancy::kFree);
+  const double hit_m = *test::sphere(kStays.center, kStays.radius_m)(camera.translation(), camera.linear().col(2));
+  EXPECT_EQ(space.at(ahead(hit_m)), Occupancy::kSurface);
+  EXPECT_EQ(space.at(ahead(hit_m - 0.1)), Occupancy::kFree) << "within the truncation";
+  EXPECT_EQ(space.at(ahead(hit_m + 0.3)), Occupancy::kUnseen);
+  EXPECT_EQ(space.at(ahead(-1)), Occupancy::kUnseen) << "behind the camera";
+  EXPECT_EQ(space.at(camera * Vec3d(1, 0, 0.5)), Occupancy::kUnseen) << "outside its view";
+  EXPECT_EQ(SeenSpace(map.saved.map.voxels, map.frames, 1).at(ahead(0.9)), Occupancy::kUnseen) << "no surface within reach";
+  EXPECT_EQ(SeenSpace(map.saved.map.voxels, {}, 8).at(ahead(0.5)), Occupancy::kUnseen);
+  EXPECT_EQ(space.at(Vec3d::Constant(std::nan(""))), Occupancy::kUnseen);
+}
+
+}  // namespace
+}  // namespace panoptic

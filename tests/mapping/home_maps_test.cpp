@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Merging and comparing maps of a simulated home.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "panoptic/map_pairs.h"
+#include "panoptic/meshing/mesher.h"
+#include "panoptic/query.h"
+#include "panoptic/sim/simulation.h"
+#include "tests/expect_error.h"
+#include "tests/fresh_folder.h"
+#include "tests/mapping/mapped.h"
+
+namespace panoptic {
+namespace {
+
+using test::fresh_folder;
+using testing::HasSubstr;
+
+constexpr int kFrames = 90;
+const Camera kCamera{160, 120, 145, 145, 79.5, 59.5};
+
+const Simulation& simulation() {
+  static const Simulation kSimulation({.seed = 3, .rooms = 1, .frames = kFrames, .noise = "none"});
+  return kSimulation;
+}
+
+// One room, filmed; things may be put elsewhere before.
+class FilmedHome {
+ public:
+  explicit FilmedHome(const Scene& scene) : scene_(scene), renderer_(scene_) {}
+
+  test::LabelledView view(int i) const {
+    const Pose pose = simulation().true_path()[static_cast<std::size_t>(i)];
+    Rendering r = renderer_.render(kCamera, pose);
+    Frame frame;
+    frame.index = i;
+    frame.time_s = i / 30.0;
+    frame.depth_camera = frame.color_camera = kCamera;
+    frame.world_from_camera = pose;
+    frame.depth = std::move(r.depth);
+    frame.color = std::move(r.color);
+    return {std::move(frame), segmented(r)};
+  }
+
+  // Into `name`.panoptic in the test's folder.
+  std::filesystem::path map(const std::string& name, int begin = 0, int end = kFrames) const {
+    RunIdentity run{"home " + name, "", "", {}};
+    run.options.map.voxel_size_m = 0.05F;
+    run.options.depth.max_m = 6;
+    const auto path = fresh_folder(name) / (name + ".panoptic");
+    test::map_views([&](int i) { return view(i); }, begin, end, run, load_label_set("scannet20"), path);
+    return path;
+  }
+
+ private:
+  // The truth: a segment per thing and per class of stuff.
+  static Segmentation segmented(const Rendering& r) {
+    const LabelSet labels = load_label_set("scannet20");
+    Segmentation s{Image<std::uint16_t>(kCamera.width, kCamera.height), {}};
+    std::map<std::pair<ClassId, int>, std::uint16_t> segments;
+    for (std::size_t i = 0; i < s.segment_at.size(); ++i) {
+      if (r.class_id[i] == ClassId::kUnknown) continue;
+      const int instance = labels.is_thing(r.class_id[i]) ? r.instance[i] : 0;
+      const auto [at, is_new] =
+          segments.try_emplace({r.class_id[i], instance}, static_cast<std::uint16_t>(s.segments.size() + 1));
+      if (is_new) s.segments.push_back({r.class_id[i], 1.0F, {}});
+      s.segment_at[i] = at->second;
+    }
+    return s;
+  }
+
+  Scene scene_;
+  Renderer renderer_;
+};
+
+// Metres from each vertex of one mesh to the nearest of the other, by the median.
+double median_distance_m(const Mesh& from, const Mesh& to) {
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < from.vertices.size(); i += 37) {
+    double nearest = 1e9;
+    for (const MeshVertex& v : to.vertices) nearest = std::min(nearest, double{(v.position - from.vertices[i].position).norm()});
+    distances.push_back(nearest);
+  }
+  std::nth_element(distances.begin(), distances.begin() + distances.size() / 2, distances.end());
+  return distances[distances.size() / 2];
+}
+
+Mesh mesh_of(const SavedMap& saved) {
+  Mesher mesher(MesherOptions{});
+  mesher.update(saved.map);
+  return mesher.assemble(saved.map);
+}
+
+std::size_t objects_with_surface(const SavedMap& saved) { return MapQuery(saved.map).objects().size(); }
+
+TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
+  const FilmedHome home(simulation().home().scene);
+  const auto whole_path = home.map("whole");
+  const auto a = home.map("a", 0, 50);
+  const auto b = home.map("b", 40, kFrames);
+  const auto merged_path = fresh_folder("merged") / "merged.panoptic";
+  const MergedFiles summary = merge_map_files(a, b, merged_path);
+  const SavedMap whole = load_map(whole_path);
+  const SavedMap merged = load_map(merged_path);
+  const auto count = static_cast<double>(objects_with_surface(whole));
+  EXPECT_NEAR(static_cast<double>(objects_with_surface(merged)), count, std::max(2.0, 0.15 * count));
+  EXPECT_GT(summary.same, 0U);
+  EXPECT_LT(summary.objects, summary.objects_a + summary.objects_b);
+  const Mesh expected = mesh_of(whole);
+  const Mesh found = mesh_of(merged);
+  EXPECT_NEAR(static_cast<double>(found.vertices.size()), static_cast<double>(expected.vertices.size()),
+              0.05 * static_cast<double>(expected.vertices.size()));
+  EXPECT_LT(median_distance_m(expected, found), 0.005);
+  EXPECT_LT(median_distance_m(found, expected), 0.005);
+
+  EXPECT_TRUE(is_complete(merged));
+  EXPECT_EQ(load_frames(merged_path).size(), 100U);
+  EXPECT_THAT(test::error_of([&] { merge_map_files(a, b, merged_path); }), HasSubstr("is there already"));
+  Mapper mapper({}, merged.map.labels);
+  const RunIdentity run{merged.notes.texts.at("recording"), "", "", options_of(merged)};
+  EXPECT_THAT(test::error_of([&] { Checkpoints({.path = merged_path, .resume = true}, run, mapper); }),
+              HasSubstr("was merged from two maps"));
+}
+
+TEST(HomeMaps, WhatWasTakenAwayAndWhatWasMovedIsFound) {
+  const Scene& before = simulation().home().scene;
+  Scene after = before;
+  const auto named = [&](const char* name) {
+    return std::find_if(after.objects.begin(), after.objects.end(), [&](const SceneObject& o) { return o.name == name; });
+  };
+  const auto chair = named("Chair");
+  ASSERT_NE(chair, after.objects.end()) << "this home has no chair";
+  const Vec3d chair_was = chair->world_from_object.translation();
+  chair->world_from_object.translation().head<2>() =
+      simulation().true_path()[60].translation().head<2>();  // nothing stands there
+  const double moved_m = (chair->world_from_object.translation() - chair_was).norm();
+  const auto shelf = named("Bookshelf");
+  ASSERT_NE(shelf, after.objects.end()) << "this home has no bookshelf";
+  const Vec3d shelf_was = shelf->world_from_object.translation();
+  after.objects.erase(shelf);
+  const MapWithFrames a = load_map_with_frames(FilmedHome(before).map("a"));
+  const MapWithFrames b = load_map_with_frames(FilmedHome(after).map("b"));
+  const MapDiff diff = diff_maps(a, b, "A", "B");
+  const LabelSet& labels = a.saved.map.labels;
+  ASSERT_EQ(diff.changes.size(), 2U);
+  const ObjectChange& gone = diff.changes[0];
+  EXPECT_EQ(gone.kind, ChangeKind::kVanished);
+  EXPECT_EQ(labels.name_of(gone.before->class_id), "bookshelf");
+  EXPECT_LT((gone.before->box.center_m - shelf_was).head<2>().norm(), 0.3);
+  const ObjectChange& moved = diff.changes[1];
+  EXPECT_EQ(moved.kind, ChangeKind::kMoved);
+  EXPECT_EQ(labels.name_of(moved.before->class_id), "chair");
+  EXPECT_NEAR(moved.moved_m, moved_m, 0.25);
+  EXPECT_GT(diff.unchanged, 30U);
+}
+
+}  // namespace
+}  // namespace panoptic
