@@ -167,6 +167,24 @@ Options with_swap_folder(Options options, const std::string& output) {
   return options;
 }
 
+namespace {
+
+// Tells how the run went, and returns the program's exit code. Throws Error if it failed, or gave nothing of what was asked for.
+int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result) {
+  print_closing(mapper, summary, arguments.output);
+  if (!result.failure.empty()) {
+    throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
+  }
+  if (!summary.complete) {
+    tell(fmt::format("interrupted: the map so far is in {}, marked incomplete\n", arguments.output));
+    return kInterrupted;
+  }
+  require_use(mapper, summary, result, arguments);
+  return kDone;
+}
+
+}  // namespace
+
 int run(const Arguments& arguments) {
   if (arguments.online && arguments.resume) {
     throw UsageError("--resume is for runs without --online: what an online run drops depends on the moment");
@@ -213,16 +231,7 @@ int run(const Arguments& arguments) {
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   write_map(arguments.output, mapper, options, summary, result.failure);
-  print_closing(mapper, summary, arguments.output);
-  if (!result.failure.empty()) {
-    throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
-  }
-  if (!summary.complete) {
-    tell(fmt::format("interrupted: the map so far is in {}, marked incomplete\n", arguments.output));
-    return kInterrupted;
-  }
-  require_use(mapper, summary, result, arguments);
-  return kDone;
+  return conclude(arguments, mapper, summary, result);
 }
 
 }  // namespace panoptic

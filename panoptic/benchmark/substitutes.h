@@ -25,6 +25,7 @@ struct Substitutes {
 class SubstituteMapper {
  public:
   SubstituteMapper(Options options, LabelSet labels, Substitutes substitutes);
+  ~SubstituteMapper() = default;
   SubstituteMapper(const SubstituteMapper&) = delete;  // its stages know where it is
   SubstituteMapper& operator=(const SubstituteMapper&) = delete;
 

@@ -13,8 +13,8 @@
 namespace panoptic {
 namespace {
 
-// Pairs whose weight is below e^-kFarthest are left out.
-constexpr float kFarthest = 5.0F;
+// Pairs whose weight is below e^-kCutExponent are left out.
+constexpr float kCutExponent = 5.0F;
 // A voxel joins a cluster whose first voxel's colour is nearer than this share of theta_beta.
 constexpr float kSameColor = 1.0F;
 constexpr std::int32_t kCellsTogether = 4;
@@ -143,8 +143,8 @@ class ColorFilter::Candidates {
   // Adds those of them that pair with a cluster; returns how many pairs there are now.
   std::size_t find(std::size_t cluster) {
     if (pairs_.size() < pair_count_ + count_) pairs_.resize(2 * (pair_count_ + count_));
-    kernels::PairWork work{{},        clusters_.data(), count_,          {},
-                           kFarthest, near_.data(),     weights_.data(), pairs_.data() + pair_count_};
+    kernels::PairWork work{{},           clusters_.data(), count_,          {},
+                           kCutExponent, near_.data(),     weights_.data(), pairs_.data() + pair_count_};
     for (std::size_t a = 0; a < 6; ++a) {
       work.axes[a] = axes_[a].data();
       work.center[a] = centers_.axes[a][cluster];
@@ -224,7 +224,7 @@ class ColorFilter::Candidates {
 void ColorFilter::pair_clusters(const Centers& centers, const ColorFilterSettings& settings, int cell_voxels,
                                 const Ranges& threads) {
   // A little more than that, because positions are rounded.
-  const double reach_cells = 1.0001 * std::sqrt(2.0 * kFarthest) * settings.theta_alpha / cell_voxels;
+  const double reach_cells = 1.0001 * std::sqrt(2.0 * kCutExponent) * settings.theta_alpha / cell_voxels;
   const double slack = (cell_voxels - 1.0) / cell_voxels;
   pairs_.resize((cluster_count() + kGrain - 1) / kGrain);
   threads.run(cluster_count(), kGrain, [&](std::size_t begin, std::size_t end) {

@@ -57,7 +57,7 @@ TEST(Mapper, TheSameFramesGiveTheSameMapAtAnyThreadCount) {
   for (const std::size_t k : {0U, 1U, 2U}) {
     set_thread_count(static_cast<int>(k) * 2 + 1);
     Mapper mapper({}, test::test_labels());
-    for (int i = 0; i < 40; i += 4) mapper.add(orbit_frame(i), halves(small_camera()));
+    for (int i = 0; i < 40; i += 4) ASSERT_TRUE(mapper.add(orbit_frame(i), halves(small_camera())).used);
     hashes[k] = mapper.map().voxels.hash();
   }
   set_thread_count(0);
@@ -156,14 +156,14 @@ TEST(Mapper, RegularizesEverySoManyFramesAndWhenAsked) {
   Options options;
   options.regularizer.every_frames = 4;
   Mapper mapper(options, test::test_labels());
-  for (int i = 0; i < 10; ++i) mapper.add(orbit_frame(i), noisy(orbit_frame(i)));
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(mapper.add(orbit_frame(i), noisy(orbit_frame(i))).used);
   EXPECT_EQ(mapper.profile().stages().at("regularize").count(), 2U);
   mapper.regularize();
   EXPECT_EQ(mapper.profile().stages().at("regularize").count(), 3U);
 
   options.regularizer.enabled = false;
   Mapper without(options, test::test_labels());
-  for (int i = 0; i < 10; ++i) without.add(orbit_frame(i), noisy(orbit_frame(i)));
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(without.add(orbit_frame(i), noisy(orbit_frame(i))).used);
   const std::uint64_t hash = without.map().voxels.hash();
   without.regularize();
   EXPECT_EQ(without.map().voxels.hash(), hash);
@@ -179,7 +179,7 @@ TEST(Mapper, TheWholeMapIsGoldenAtAnyThreadCount) {
     Options options;
     options.regularizer.every_frames = 3;
     Mapper mapper(options, test::test_labels());
-    for (int i = 0; i < 40; i += 4) mapper.add(orbit_frame(i), noisy(orbit_frame(i)));
+    for (int i = 0; i < 40; i += 4) ASSERT_TRUE(mapper.add(orbit_frame(i), noisy(orbit_frame(i))).used);
     mapper.finish();
     EXPECT_EQ(mapper.map().voxels.hash(), kGolden) << threads << " threads";
   }
@@ -365,7 +365,7 @@ TEST(Mapper, OptionsThatLeaveNoDepthAreAnError) {
 
 TEST(Mapper, StagesAddUpToFusion) {
   Mapper mapper({}, test::test_labels());
-  for (int i = 0; i < 10; ++i) mapper.add(orbit_frame(i), halves(small_camera()));
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(mapper.add(orbit_frame(i), halves(small_camera())).used);
   double sum_s = 0;
   for (const char* stage : {"register", "reference", "track", "integrate"}) {
     ASSERT_EQ(mapper.profile().stages().at(stage).count(), 10U) << stage;

@@ -157,7 +157,7 @@ TEST(SnapshotPublisher, ConfidenceIsTheShareOfTheNearerVoxelsWeightThatSpeaksFor
   for (int i = 0; i < 4; ++i) {
     Segmentation says = segmented(orbit_frame(i));
     if (i == 3) says.segment_at = Image<std::uint16_t>(says.segment_at.width(), says.segment_at.height());
-    mapper.add(orbit_frame(i), says);
+    ASSERT_TRUE(mapper.add(orbit_frame(i), says).used);
   }
   std::size_t all = 0;
   std::size_t between = 0;
