@@ -15,12 +15,10 @@
 #include <vector>
 
 #include "apps/panoptic/commands.h"
-#include "panoptic/base/config.h"
 #include "panoptic/base/json.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
-#include "panoptic/mapping/option_fields.h"
 #include "panoptic/mapping/regularize_file.h"
 #include "panoptic/meshing/mesher.h"
 #include "panoptic/outputs.h"
@@ -247,7 +245,7 @@ int map_regularize(const Arguments& a) {
   for (const std::string& setting : a.settings) {
     try {
       Options options;
-      set_field(fields(options), setting);
+      set_option(options, setting);
     } catch (const Error& e) {
       throw UsageError(e.what());
     }

@@ -122,6 +122,20 @@ void require_use(const Mapper& mapper, const RunSummary& summary, const MappingR
                   summary.predictor, used, result.first_used.value_or(0), result.last_used.value_or(0), arguments.output));
 }
 
+// Tells how the run went, and returns the program's exit code. Throws Error if it failed, or gave nothing of what was asked for.
+int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result) {
+  print_closing(mapper, summary, arguments.output);
+  if (!result.failure.empty()) {
+    throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
+  }
+  if (!summary.complete) {
+    tell(fmt::format("interrupted: the map so far is in {}, marked incomplete\n", arguments.output));
+    return kInterrupted;
+  }
+  require_use(mapper, summary, result, arguments);
+  return kDone;
+}
+
 // Networks that run beside everything else get half of the threads each, unless the user chose.
 Options with_shared_threads(Options options) {
   if (options.networks.threads == 0) options.networks.threads = std::max(1, thread_count() / 2);
@@ -166,24 +180,6 @@ Options with_swap_folder(Options options, const std::string& output) {
   if (options.map.swap_folder.empty()) options.map.swap_folder = output;
   return options;
 }
-
-namespace {
-
-// Tells how the run went, and returns the program's exit code. Throws Error if it failed, or gave nothing of what was asked for.
-int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result) {
-  print_closing(mapper, summary, arguments.output);
-  if (!result.failure.empty()) {
-    throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
-  }
-  if (!summary.complete) {
-    tell(fmt::format("interrupted: the map so far is in {}, marked incomplete\n", arguments.output));
-    return kInterrupted;
-  }
-  require_use(mapper, summary, result, arguments);
-  return kDone;
-}
-
-}  // namespace
 
 int run(const Arguments& arguments) {
   if (arguments.online && arguments.resume) {

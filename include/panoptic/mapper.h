@@ -28,7 +28,6 @@ class Mapper {
  public:
   // Throws Error if the options contradict each other.
   Mapper(const Options& options, LabelSet labels);
-  explicit Mapper(std::unique_ptr<MapperParts> parts);
   ~Mapper();
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;

@@ -35,7 +35,7 @@ std::string glb_bytes(const Mesh& mesh, const LabelSet& labels, const std::optio
 // The same as a file, written whole or not at all. Throws Error also if it cannot be written.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up = {});
 
-// Pictures Writes `<view>_<mode>.png` into the folder, which it makes: front, side and top, each as colours, classes and
+// Writes `<view>_<mode>.png` into the folder, which it makes: front, side and top, each as colours, classes and
 // objects. `up`: upwards in the world. Throws Error if they cannot be written.
 void write_views(const std::filesystem::path& folder, const Mesh& mesh, const Vec3d& up, const LabelSet& labels);
 

@@ -75,9 +75,6 @@ struct Single {
   bool place_taken() const { return seen() && sight.free < sight.surface; }
 };
 
-// How far a depth camera sees, where a map does not tell.
-constexpr double kUsualRange_m = 8;
-
 // Both maps with what is asked of them.
 struct Side {
   const SavedMap& saved;
@@ -87,7 +84,7 @@ struct Side {
   explicit Side(const MapWithFrames& map)
       : saved(map.saved),
         objects(MapQuery(map.saved.map).objects()),
-        space(map.saved.map.voxels, map.frames, option_of(map.saved, "depth.max_m").value_or(kUsualRange_m)) {}
+        space(map.saved.map.voxels, map.frames, option_of(map.saved, "depth.max_m").value_or(double{DepthOptions{}.max_m})) {}
 
   const FoundObject* find(PanopticId id) const {
     const auto found = std::find_if(objects.begin(), objects.end(), [&](const FoundObject& o) { return o.id == id; });

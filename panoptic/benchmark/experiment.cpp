@@ -9,11 +9,9 @@
 #include <memory>
 #include <utility>
 
-#include "panoptic/base/config.h"
 #include "panoptic/error.h"
 #include "panoptic/eval/run_folder.h"
 #include "panoptic/mapper.h"
-#include "panoptic/mapping/option_fields.h"
 #include "panoptic/mapping/outputs.h"
 #include "panoptic/profile.h"
 #include "panoptic/sim/ground_truth.h"
@@ -27,8 +25,7 @@ constexpr const char* kLabels = "scannet20";
 
 Options options_of(const Setting& setting) {
   Options options = preset_options(setting.preset);
-  const Fields all = fields(options);
-  for (const std::string& assignment : setting.set) set_field(all, assignment);
+  for (const std::string& assignment : setting.set) set_option(options, assignment);
   return options;
 }
 

@@ -11,7 +11,6 @@
 namespace panoptic {
 
 Mapper::Mapper(const Options& options, LabelSet labels) : parts_(std::make_unique<MapperParts>(options, std::move(labels))) {}
-Mapper::Mapper(std::unique_ptr<MapperParts> parts) : parts_(std::move(parts)) {}
 Mapper::~Mapper() = default;
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/mapping/mapper_parts.h"
 
-#include <algorithm>
-#include <array>
 #include <utility>
 
 #include "panoptic/error.h"
@@ -155,9 +153,7 @@ void MapperParts::run_due_tasks(Counted counted) {
   const std::uint64_t count = counted == Counted::kFrame ? frames_.used() : label_frames_;
   for (const Task& task : tasks_) {
     if (task.counted != counted || count % task.every != 0) continue;
-    const Stopwatch stopwatch;
-    (this->*task.run)();
-    profile_.add(task.stage, stopwatch.seconds());
+    timed(task.stage, [&] { (this->*task.run)(); });
   }
 }
 
@@ -168,10 +164,7 @@ void MapperParts::regularize_changes() {
 }
 
 void MapperParts::regularize() {
-  if (!regularizes_) return;
-  const Stopwatch stopwatch;
-  regularize_changes();
-  profile_.add("regularize", stopwatch.seconds());
+  if (regularizes_) timed("regularize", [&] { regularize_changes(); });
 }
 
 void MapperParts::prune_if_due() {
@@ -187,9 +180,7 @@ void MapperParts::prune() {
 }
 
 void MapperParts::finish() {
-  const Stopwatch maintaining;
-  maintenance_.finish(map_.voxels, map_.objects, regularizer_.votes(), so_far());
-  profile_.add("maintain", maintaining.seconds());
+  timed("maintain", [&] { maintenance_.finish(map_.voxels, map_.objects, regularizer_.votes(), so_far()); });
   regularize();
   forget_votes_without_voxels();
 }
@@ -201,17 +192,16 @@ void MapperParts::forget_votes_without_voxels() {
 }
 
 const std::vector<std::shared_ptr<const MeshChunk>>& MapperParts::surface() {
-  const Stopwatch stopwatch;
-  mesher_.update(map_);
-  profile_.add("mesh", stopwatch.seconds());
+  timed("mesh", [&] { mesher_.update(map_); });
   return mesher_.chunks();
 }
 
 Mesh MapperParts::mesh() {
-  const Stopwatch stopwatch;
-  mesher_.update(map_);
-  Mesh mesh = mesher_.assemble(map_);
-  profile_.add("mesh", stopwatch.seconds());
+  Mesh mesh;
+  timed("mesh", [&] {
+    mesher_.update(map_);
+    mesh = mesher_.assemble(map_);
+  });
   return mesh;
 }
 

@@ -130,6 +130,13 @@ class MapperParts {
   void count_labels(const Segmentation& segmentation);
   void note_covisible();
   void run_due_tasks(Counted counted);
+  // Does one piece of work and adds how long it took to the profile.
+  template <typename Work>
+  void timed(const char* stage, const Work& work) {
+    const Stopwatch stopwatch;
+    work();
+    profile_.add(stage, stopwatch.seconds());
+  }
   void maintain();
   void regularize_changes();
   void prune_if_due();

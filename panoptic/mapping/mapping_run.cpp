@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "panoptic/frame_statistics.h"
 #include "panoptic/mapping/online_playback.h"
 #include "panoptic/mapping/run_recorder.h"
 #include "panoptic/profile.h"
@@ -68,14 +69,13 @@ void finish(const MappingRun& run, bool complete) {
 
 MappingResult result_of(const MappingRun& run, const RunRecorder& recorder) {
   MappingResult result;
-  if (run.predictor != nullptr) result.without_prediction = recorder.without_labels();
+  if (run.predictor != nullptr) result.without_prediction = run.mapper.frames().used() - run.mapper.labelled();
   result.first_used = recorder.first_used();
   result.last_used = recorder.last_used();
   return result;
 }
 
-}  // namespace
-
+// The text for a person of what the action throws; empty if it throws nothing.
 std::string failure_of(const std::function<void()>& action) {
   try {
     action();
@@ -86,6 +86,8 @@ std::string failure_of(const std::function<void()>& action) {
   }
   return "";
 }
+
+}  // namespace
 
 MappingResult map_offline(const MappingRun& run, LoopPublisher* publisher) {
   RunRecorder recorder(run.checkpoints);

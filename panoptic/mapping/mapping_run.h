@@ -49,7 +49,4 @@ MappingResult map_offline(const MappingRun& run, LoopPublisher* publisher = null
 // The same with every stage on its own thread (online.h), frames coming at `speed` (Playback). Snapshots go to `latest`.
 MappingResult map_online(const MappingRun& run, double speed, const OnlineOptions& options, LatestSnapshot& latest);
 
-// The text for a person of what the action throws; empty if it throws nothing.
-std::string failure_of(const std::function<void()>& action);
-
 }  // namespace panoptic

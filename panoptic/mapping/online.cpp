@@ -24,8 +24,7 @@ std::thread start(const char* name, SharedRun& run, void (*stage)(SharedRun&)) {
     try {
       stage(run);
     } catch (...) {
-      run.control.fail(std::current_exception());
-      abandon_work(run);
+      fail(run, std::current_exception());
     }
   });
   pthread_setname_np(thread.native_handle(), name);  // for top and debuggers
@@ -72,8 +71,7 @@ OnlinePipeline::OnlinePipeline(const Parts& parts, const OnlineOptions& options)
   try {
     inside_->start_stages();
   } catch (...) {
-    inside_->run.control.fail(std::current_exception());
-    abandon_work(inside_->run);
+    fail(inside_->run, std::current_exception());
     inside_->end_stages();
     throw;
   }
@@ -152,8 +150,7 @@ OnlineReport OnlinePipeline::finish() {
     if (!run.control.failure()) run.mapper.finish();
     publish(run, true);
   } catch (...) {
-    run.control.fail(std::current_exception());
-    abandon_work(run);
+    fail(run, std::current_exception());
   }
   run.mapper.profile().add(run.counters.stages());
   OnlineReport& report = inside_->report;

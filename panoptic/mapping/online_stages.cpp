@@ -153,7 +153,8 @@ void record_dropped(SharedRun& run) {
   for (FrameRecord& record : run.dropped.take_all()) run.recorder->not_given(std::move(record));
 }
 
-void abandon_work(SharedRun& run) {
+void fail(SharedRun& run, std::exception_ptr failure) {
+  run.control.fail(std::move(failure));
   run.jobs.abandon();
   run.newest.abandon();
   run.semantic_todo.abandon();

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -74,7 +75,7 @@ void publish_now_and_then(SharedRun& run);
 void publish(SharedRun& run, bool finished);
 // Hands the recorder what it does not know of yet. REQUIRES the mapper's mutex.
 void record_dropped(SharedRun& run);
-// Wakes every stage that waits and leaves it nothing to wait for.
-void abandon_work(SharedRun& run);
+// Ends the run after a failure: wakes every stage that waits and leaves it nothing to wait for.
+void fail(SharedRun& run, std::exception_ptr failure);
 
 }  // namespace panoptic

@@ -6,14 +6,12 @@
 #include <utility>
 #include <variant>
 
-#include "panoptic/base/config.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/mapper_parts.h"
-#include "panoptic/mapping/option_fields.h"
 
 namespace panoptic {
 namespace {
@@ -56,7 +54,7 @@ RegularizedFile regularize_map_file(const std::filesystem::path& path, const std
   MapOwner owner = MapLock(path);
   SavedMap saved = load_map(path);
   Options options = options_of(saved);
-  for (const std::string& setting : settings) set_field(fields(options), setting);
+  for (const std::string& setting : settings) set_option(options, setting);
   options.regularizer.enabled = true;
   if (saved.format == kMapFormat) owner = MapFileWriter::open(path, std::get<MapLock>(std::move(owner)), saved);
   MapperState state = mapper_state(saved, load_frames(path));

@@ -15,8 +15,6 @@ RunRecorder::RunRecorder(Checkpoints* checkpoints) : checkpoints_(checkpoints) {
 
 void RunRecorder::count(const FrameRecord& record) {
   if (!record.unused_because.empty()) return;
-  ++used_;
-  labelled_ += record.labelled ? 1 : 0;
   if (!first_used_) first_used_ = record.frame;
   last_used_ = record.frame;
 }
@@ -24,7 +22,7 @@ void RunRecorder::count(const FrameRecord& record) {
 std::int64_t RunRecorder::frame(const Frame& frame, bool labelled, const Outcome& outcome) {
   FrameRecord record = record_of(frame, labelled, outcome);
   count(record);
-  return checkpoints_ != nullptr ? checkpoints_->note(std::move(record)) : ++position_;
+  return checkpoints_ != nullptr ? checkpoints_->note(std::move(record)) : 0;
 }
 
 void RunRecorder::not_given(FrameRecord record) {
@@ -32,7 +30,6 @@ void RunRecorder::not_given(FrameRecord record) {
 }
 
 void RunRecorder::labelled(const Frame& frame, std::int64_t position) {
-  ++labelled_;
   if (checkpoints_ == nullptr) return;
   FrameRecord record = record_of(frame, true, {});
   record.position = position;

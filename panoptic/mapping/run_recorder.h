@@ -19,7 +19,7 @@ class RunRecorder {
   explicit RunRecorder(Checkpoints* checkpoints = nullptr);
 
   // The next position of the recording: a frame that the mapper was given, or one that it never was (dropped, unreadable).
-  // Returns the position, for `labelled`.
+  // Returns the position in the map file, for `labelled`; 0 where none is kept.
   std::int64_t frame(const Frame& frame, bool labelled, const Outcome& outcome);
   void not_given(FrameRecord record);
   // The labels of a frame came later than its geometry.
@@ -27,8 +27,6 @@ class RunRecorder {
   // Between frames: begins a checkpoint if it is time.
   void save_if_due(Mapper& mapper);
 
-  std::uint64_t used() const { return used_; }
-  std::uint64_t without_labels() const { return used_ - labelled_; }      // of those used
   std::optional<std::int64_t> first_used() const { return first_used_; }  // frame numbers
   std::optional<std::int64_t> last_used() const { return last_used_; }
 
@@ -36,9 +34,6 @@ class RunRecorder {
   void count(const FrameRecord& record);
 
   Checkpoints* checkpoints_;
-  std::int64_t position_ = -1;  // where no map file counts them
-  std::uint64_t used_ = 0;
-  std::uint64_t labelled_ = 0;
   std::optional<std::int64_t> first_used_;
   std::optional<std::int64_t> last_used_;
 };
