@@ -68,14 +68,10 @@ VoxelMap sheet_map(const Sheet& sheet) {
     const GridPoint& p = graph.points[i];
     const int depth = p.z - static_cast<int>(std::lround(0.35 * p.x + 6 * std::sin(0.11 * p.y)));
     VoxelBlock& block = map.block(map.allocate({p.x >> 4, p.y >> 4, p.z >> 4}));
-    const auto voxel = static_cast<std::size_t>(voxel_offset(p.x & 15, p.y & 15, p.z & 15));
-    block.distance[voxel] = (static_cast<float>(depth) - 3.5F) * map.voxel_size_m();
-    block.weight[voxel] = block.vote_sum[voxel] = 10;
-    block.label[voxel] = graph.labels[i];
-    block.label_weight[voxel] = 10 * (2 * graph.probabilities[i] - 1);
-    block.red[voxel] = static_cast<std::uint16_t>(256 * graph.colors[i][0]);
-    block.green[voxel] = static_cast<std::uint16_t>(256 * graph.colors[i][1]);
-    block.blue[voxel] = static_cast<std::uint16_t>(256 * graph.colors[i][2]);
+    const auto channel = [&](std::size_t c) { return static_cast<std::uint16_t>(256 * graph.colors[i][c]); };
+    block.set(voxel_offset(p.x & 15, p.y & 15, p.z & 15),
+              {(static_cast<float>(depth) - 3.5F) * map.voxel_size_m(), 10, 10 * (2 * graph.probabilities[i] - 1), 10,
+               graph.labels[i], channel(0), channel(1), channel(2)});
   }
   return map;
 }

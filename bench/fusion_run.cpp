@@ -133,16 +133,11 @@ FrameWork work_of(const BenchFrames& recording, const BenchSettings& settings) {
     const BenchFrame& f = recording.frames[recording.frames.size() * s / samples];
     Mapper mapper(settings.options, recording.labels);
     static_cast<void>(mapper.add(f.frame, f.segmentation));
-    std::size_t band = 0;
-    for (Slot slot = 0; slot < mapper.map().voxels.block_count(); ++slot) {
-      const auto& weight = mapper.map().voxels.block(slot).weight;
-      band += static_cast<std::size_t>(std::count_if(weight.begin(), weight.end(), [](float w) { return w > 0; }));
-    }
     const double share = 1.0 / static_cast<double>(samples);
     work.pixels += share * static_cast<double>(f.frame.depth.size());
     work.color_pixels += share * static_cast<double>(f.frame.color.size());
     work.touched_voxels += share * static_cast<double>(mapper.map().voxels.block_count()) * kBlockVoxels;
-    work.band_voxels += share * static_cast<double>(band);
+    work.band_voxels += share * static_cast<double>(mapper.map().voxels.observed_voxels());
   }
   return work;
 }

@@ -256,7 +256,9 @@ void map_seeds(Seeds& seeds, const Scratch& scratch) {
   const PanopticMap small = small_map();
   const VoxelMap& map = small.voxels;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    const Bytes bytes = BlockEncoder().encode(map.block(slot));
+    BlockPlanes planes;
+    map.block(slot).unpack(planes);
+    const Bytes bytes = BlockEncoder().encode(planes);
     seeds.put("block_codec", fmt::format("stored_{}", slot), {text(bytes)}, 0);
     Bytes payload(std::size_t{1} << 17);
     payload.resize(Decompressor().decompress(bytes, payload));

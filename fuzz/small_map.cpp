@@ -42,13 +42,12 @@ PanopticMap small_map() {
   for (const BlockIndex index : {BlockIndex{0, 0, 0}, BlockIndex{1, 0, 0}}) {
     map.voxels.begin_epoch();
     VoxelBlock& block = map.voxels.block(map.voxels.allocate(index));
-    for (std::size_t v = 0; v < kBlockVoxels; v += index.x == 0 ? 1 : 7) {
-      const std::size_t layer = v / (kBlockSide * kBlockSide);
+    for (int v = 0; v < kBlockVoxels; v += index.x == 0 ? 1 : 7) {
+      const int layer = v / (kBlockSide * kBlockSide);
       if (layer < 6 || layer > 8 || v % kBlockSide > 9 || v / kBlockSide % kBlockSide > 5) continue;
-      block.distance[v] = 0.024F * (static_cast<float>(layer) - 7.25F);
-      block.weight[v] = block.label_weight[v] = block.vote_sum[v] = 2;
-      block.label[v] = v % kBlockSide < 8 ? 1 : small_labels().first_thing();
-      block.red[v] = block.green[v] = block.blue[v] = static_cast<std::uint16_t>(20000 + v);
+      const std::uint16_t label = v % kBlockSide < 8 ? 1 : small_labels().first_thing();
+      const auto color = static_cast<std::uint16_t>(20000 + v);
+      block.set(v, {0.024F * (static_cast<float>(layer) - 7.25F), 2, 2, 2, label, color, color, color});
     }
   }
   return map;

@@ -139,21 +139,13 @@ ExtentBox bounds_of(const VoxelMap& map) {
   return box;
 }
 
-std::uint64_t observed_voxels(const VoxelMap& map) {
-  std::uint64_t observed = 0;
-  for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    for (const float weight : map.block(slot).weight) observed += weight > 0 ? 1 : 0;
-  }
-  return observed;
-}
-
 Json info_json(const std::string& path, const SavedMap& saved, const std::vector<FrameRecord>& frames) {
   const MapQuery query(saved.map);
   std::map<std::string, std::uint64_t> by_class;
   for (const FoundObject& o : query.objects()) ++by_class[std::string(saved.map.labels.name_of(o.class_id))];
   const auto used = std::count_if(frames.begin(), frames.end(), [](const FrameRecord& f) { return f.unused_because.empty(); });
   const ExtentBox box = bounds_of(saved.map.voxels);
-  const std::uint64_t observed = observed_voxels(saved.map.voxels);
+  const std::uint64_t observed = saved.map.voxels.observed_voxels();
   const auto bytes = std::filesystem::file_size(path);
   return {{"file", path},
           {"format", saved.format},

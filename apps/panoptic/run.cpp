@@ -72,8 +72,9 @@ void print_closing(const Mapper& mapper, const RunSummary& summary, const std::s
   print_stages(mapper.profile());
   print_frames(mapper.frames(), summary.without_prediction);
   if (summary.online) print_online(*summary.online);
-  fmt::print("{} blocks, {:.0f} MB map, peak {:.0f} MB\n", mapper.map().voxels.block_count(),
-             static_cast<double>(mapper.map().voxels.memory_bytes()) / 1e6, peak_rss_mb());
+  const VoxelMap& map = mapper.map().voxels;
+  fmt::print("{} blocks, {:.1f} million voxels observed, {:.0f} MB map, peak {:.0f} MB\n", map.block_count(),
+             static_cast<double>(map.observed_voxels()) / 1e6, static_cast<double>(map.memory_bytes()) / 1e6, peak_rss_mb());
   if (const std::uint64_t refused = mapper.map().objects.refused(); refused > 0) {
     tell(fmt::format("{} times there was no place for a new object: a map holds {} at a time; map smaller parts\n", refused,
                      number(LabelSlot::kNoVote) - mapper.map().labels.first_thing()));

@@ -11,16 +11,16 @@ namespace panoptic::fuzz {
 namespace {
 
 // By bits: a weight of -0 is not one of 0.
-bool is_same(const VoxelBlock& a, const VoxelBlock& b) {
+bool is_same(const BlockPlanes& a, const BlockPlanes& b) {
   return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof a) == 0;
 }
 
 void decode(Input bytes) {
   static BlockEncoder encoder;
   static BlockDecoder decoder;
-  const auto block = std::make_unique<VoxelBlock>();
+  const auto block = std::make_unique<BlockPlanes>();
   if (decoder.decode(bytes, *block) != nullptr) return;
-  const auto again = std::make_unique<VoxelBlock>();
+  const auto again = std::make_unique<BlockPlanes>();
   require(decoder.decode(encoder.encode(*block), *again) == nullptr, "what was encoded can be decoded");
   require(is_same(*block, *again), "a block survives saving and loading bit for bit");
 }

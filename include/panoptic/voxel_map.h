@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The voxels of a map: blocks in a hash table (Niessner et al. 2013). Blocks are aligned, never move and are never freed while
-// the map lives, so a pointer stays good. Under a memory limit, blocks that were not used for long lie in a file meanwhile; the
+// The voxels of a map: blocks in a hash table (Niessner et al. 2013). Blocks never move and are never freed while the map lives,
+// so a pointer to one stays good. Under a memory limit, voxels of blocks that were not used for long lie in a file meanwhile; the
 // map is the same, bit for bit.
 //
 // Threads: find and the const functions may run side by side; allocate and mark_changed need the map for themselves.
-// Writing voxels of different blocks from different threads is fine; the map takes no lock.
+// Writing voxels of different blocks from different threads is fine.
 #pragma once
 
 #include <array>
@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "panoptic/options.h"
+#include "panoptic/voxel_block.h"
 
 namespace panoptic {
 
@@ -38,48 +39,11 @@ constexpr bool in_range(BlockIndex i) {
   return fits(i.x) && fits(i.y) && fits(i.z);
 }
 
-inline constexpr int kBlockSide = 16;
-inline constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
-
-// 16^3 voxels, one plane per property, so that a pass reads only what it needs and its loops vectorise.
-//
-//   offset   plane          type       meaning
-//        0   distance       f32[4096]  truncated signed distance, metres, positive in front of the surface
-//    16384   weight         f32[4096]  W^D, 0 = never observed
-//    32768   label_weight   f32[4096]  W^L
-//    49152   vote_sum       f32[4096]  W^V, the weight of all votes, whatever they were for; 0 = nobody ever voted
-//    65536   label          u16[4096]  LabelSlot, 0 = unknown
-//    73728   red            u16[4096]  8.8 fixed point: the mean keeps moving after hundreds of frames
-//    81920   green          u16[4096]
-//    90112   blue           u16[4096]
-//    98304   end: 96 KiB, 24 bytes a voxel
-//
-// Voxel (x, y, z) of a block is at index x + 16 y + 256 z; its centre lies at (16 * block + (x, y, z) + 0.5) * voxel size.
-struct alignas(64) VoxelBlock {
-  std::array<float, kBlockVoxels> distance{};
-  std::array<float, kBlockVoxels> weight{};
-  std::array<float, kBlockVoxels> label_weight{};
-  std::array<float, kBlockVoxels> vote_sum{};
-  std::array<std::uint16_t, kBlockVoxels> label{};
-  std::array<std::uint16_t, kBlockVoxels> red{};
-  std::array<std::uint16_t, kBlockVoxels> green{};
-  std::array<std::uint16_t, kBlockVoxels> blue{};
-};
-
-static_assert(sizeof(VoxelBlock) == 98304);
-
-// The share of the votes that is for the label: W^L / W^V of Eq. 18, from 0 to 1; 0 where nobody voted.
-constexpr float label_share(float label_weight, float vote_sum) {
-  if (!(vote_sum > 0)) return 0;
-  return label_weight < vote_sum ? label_weight / vote_sum : 1.0F;
-}
-
-constexpr int voxel_offset(int x, int y, int z) { return x + kBlockSide * (y + kBlockSide * z); }
-
 // Number of a block within its map: 0, 1, 2 ... in the order of allocation.
 using Slot = std::uint32_t;
 
 class BlockPager;
+class BrickPool;
 
 class VoxelMap {
  public:
@@ -97,7 +61,8 @@ class VoxelMap {
   float block_size_m() const { return voxel_size_m_ * kBlockSide; }
 
   std::size_t block_count() const { return blocks_.size(); }
-  std::size_t memory_bytes() const;  // without what lies in the file alone
+  std::size_t memory_bytes() const;     // index and slack included, without what lies in the file alone
+  std::size_t observed_voxels() const;  // W^D > 0
   // nullptr without a memory limit.
   const BlockPager* pager() const { return pager_.get(); }
 
@@ -116,7 +81,7 @@ class VoxelMap {
   }
   BlockIndex index_of(Slot slot) const { return indices_[slot]; }
 
-  // The slot of the block, newly made (all zero, changed in the current epoch) if it was absent. REQUIRES in_range(index).
+  // The slot of the block, newly made (no voxels, changed in the current epoch) if it was absent. REQUIRES in_range(index).
   // Throws Error if there is a memory limit and no space for the file.
   Slot allocate(BlockIndex index);
 
@@ -146,9 +111,9 @@ class VoxelMap {
   float truncation_m_;
   float max_weight_;
   std::uint64_t epoch_ = 1;
-  std::unique_ptr<BlockPager> pager_;                 // owns the blocks, if there is a memory limit
-  std::vector<std::unique_ptr<VoxelBlock>> in_heap_;  // else
-  std::vector<VoxelBlock*> blocks_;
+  std::unique_ptr<BlockPager> pager_;  // has a pool for each block, if there is a memory limit
+  std::unique_ptr<BrickPool> pool_;    // of all blocks, if there is none
+  std::vector<std::unique_ptr<VoxelBlock>> blocks_;
   std::vector<BlockIndex> indices_;
   std::vector<std::uint64_t> changed_at_;
   std::vector<std::uint64_t> table_keys_;  // open addressing, power of two, key + 1 (0 = free)

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -25,7 +26,7 @@ using SlotTable = std::vector<std::uint16_t>;  // by LabelSlot
 
 // Works in double precision, in which the products of floats are exact: a voxel merged with itself keeps its distance, bit for
 // bit.
-void merge_distance(const VoxelBlock& from, std::size_t v, VoxelBlock& into) {
+void merge_distance(const BlockPlanes& from, std::size_t v, BlockPlanes& into) {
   const double old_weight = into.weight[v];
   const double weight = from.weight[v];
   const double mean = (old_weight * into.distance[v] + weight * from.distance[v]) / (old_weight + weight);
@@ -44,7 +45,7 @@ void merge_channel(std::uint16_t from, std::uint16_t& into, double from_weight, 
 }
 
 // Beyond the limit all votes fade alike, as in fusion.
-void merge_votes(const VoxelBlock& from, std::uint16_t label, std::size_t v, float max_weight, VoxelBlock& into) {
+void merge_votes(const BlockPlanes& from, std::uint16_t label, std::size_t v, float max_weight, BlockPlanes& into) {
   float& weight = into.label_weight[v];
   const float more = from.label_weight[v];
   if (label == into.label[v]) {
@@ -205,18 +206,21 @@ void merge_voxels(const VoxelMap& b, const MergedObjects& objects, float max_wei
   map.begin_epoch();
   std::vector<Slot> into(b.block_count());
   for (Slot slot = 0; slot < b.block_count(); ++slot) into[slot] = map.allocate(b.index_of(slot));
-  parallel_for(map.block_count(), [&](std::size_t i) {
-    for (std::uint16_t& label : map.block(static_cast<Slot>(i)).label) label = objects.slots_of_a()[label];
-  });
+  parallel_for(map.block_count(), [&](std::size_t i) { map.block(static_cast<Slot>(i)).rename_labels(objects.slots_of_a()); });
   parallel_for(into.size(), [&](std::size_t i) {
-    merge_block(b.block(static_cast<Slot>(i)), objects.slots_of_b(), max_weight, map.block(into[i]));
+    const auto from = std::make_unique_for_overwrite<BlockPlanes>();
+    const auto merged = std::make_unique_for_overwrite<BlockPlanes>();
+    b.block(static_cast<Slot>(i)).unpack(*from);
+    map.block(into[i]).unpack(*merged);
+    merge_block(*from, objects.slots_of_b(), max_weight, *merged);
+    map.block(into[i]).pack(*merged);
   });
   for (Slot slot = 0; slot < map.block_count(); ++slot) map.mark_changed(slot);
 }
 
 }  // namespace
 
-void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_slot, float max_weight, VoxelBlock& into) {
+void merge_block(const BlockPlanes& from, const std::vector<std::uint16_t>& merged_slot, float max_weight, BlockPlanes& into) {
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const double weight = from.weight[v];
     if (weight > 0) {

@@ -31,6 +31,6 @@ MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& 
 
 // Merges a voxel block into another, voxel by voxel as above. `merged_slot`: by b's slots (kLabelSlots entries). `max_weight`
 // may be infinite.
-void merge_block(const VoxelBlock& from, const std::vector<std::uint16_t>& merged_slot, float max_weight, VoxelBlock& into);
+void merge_block(const BlockPlanes& from, const std::vector<std::uint16_t>& merged_slot, float max_weight, BlockPlanes& into);
 
 }  // namespace panoptic

@@ -93,11 +93,11 @@ std::optional<PointAnswer> MapQuery::at(const Vec3d& point_m) const {
   const std::optional<VoxelPlace> place = place_of(point_m, map_.voxels.voxel_size_m());
   if (!place) return std::nullopt;
   const VoxelBlock* block = map_.voxels.find(place->block);
-  const std::size_t i = place->offset;
-  if (block == nullptr || !(block->weight[i] > 0)) return std::nullopt;
-  const auto slot = static_cast<LabelSlot>(block->label[i]);
-  const float share = label_share(block->label_weight[i], block->vote_sum[i]);
-  return PointAnswer{map_.objects.id_of(slot), map_.class_of(slot), block->distance[i], block->weight[i],
+  const Voxel voxel = block == nullptr ? Voxel() : block->at(place->offset);
+  if (!(voxel.weight > 0)) return std::nullopt;
+  const auto slot = static_cast<LabelSlot>(voxel.label);
+  const float share = label_share(voxel.label_weight, voxel.vote_sum);
+  return PointAnswer{map_.objects.id_of(slot), map_.class_of(slot), voxel.distance, voxel.weight,
                      slot == LabelSlot::kUnknown ? 0.0F : share};
 }
 

@@ -27,13 +27,19 @@ Counts common_labels(const VoxelBlock& a, const VoxelBlock& b, float band_m) {
   Counts counts;
   SlotPair last;
   std::uint64_t* count = nullptr;  // of `last`: neighbours mostly bear the same labels
-  for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-    const bool observed = a.weight[v] > 0 && b.weight[v] > 0;
-    if (!observed || std::min(std::abs(a.distance[v]), std::abs(b.distance[v])) > band_m) continue;
-    const SlotPair pair(static_cast<LabelSlot>(a.label[v]), static_cast<LabelSlot>(b.label[v]));
+  const auto compare = [&](const Voxel& in_a, const Voxel& in_b) {
+    const bool observed = in_a.weight > 0 && in_b.weight > 0;
+    if (!observed || std::min(std::abs(in_a.distance), std::abs(in_b.distance)) > band_m) return;
+    const SlotPair pair(static_cast<LabelSlot>(in_a.label), static_cast<LabelSlot>(in_b.label));
     if (count == nullptr || pair != last) count = &counts[pair];
     last = pair;
     ++*count;
+  };
+  for (int n = 0; n < kBlockBricks; ++n) {
+    for (std::uint64_t both = a.brick(n).stored() & b.brick(n).stored(); both != 0; both &= both - 1) {
+      const int offset = offset_in_block(n, std::countr_zero(both));
+      compare(a.at(offset), b.at(offset));
+    }
   }
   return counts;
 }

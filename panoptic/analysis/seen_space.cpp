@@ -24,8 +24,8 @@ class DistanceAt {
     const std::optional<VoxelPlace> place = place_of(point_m, voxel_size_m_);
     if (!place) return std::nullopt;
     const VoxelBlock* block = lookup_.find(place->block);
-    if (block == nullptr || !(block->weight[place->offset] > 0)) return std::nullopt;
-    return block->distance[place->offset] / static_cast<float>(voxel_size_m_);
+    if (block == nullptr || !(block->weight(place->offset) > 0)) return std::nullopt;
+    return block->distance(place->offset) / static_cast<float>(voxel_size_m_);
   }
 
  private:

@@ -61,8 +61,9 @@ VoxelLabel given(const CoreVoxel& voxel, std::uint16_t label, float probability)
 }
 
 bool unchanged(const VoxelBlock& block, const CoreVoxel& before) {
-  return block.label[before.voxel] == before.held.label && block.label_weight[before.voxel] == before.held.weight &&
-         block.weight[before.voxel] == before.weight && block.vote_sum[before.voxel] == before.vote_sum;
+  const Voxel now = block.at(before.voxel);
+  return now.label == before.held.label && now.label_weight == before.held.weight && now.weight == before.weight &&
+         now.vote_sum == before.vote_sum;
 }
 
 std::size_t expected_bytes(const CrfGraph& graph) {
@@ -196,8 +197,8 @@ std::size_t Regularizer::write_back(const TileChanges& changes, VoxelMap& map) {
   for (const LabelChange& change : changes.changes) {
     VoxelBlock& block = map.block(change.before.slot);
     if (!unchanged(block, change.before)) continue;
-    block.label[change.before.voxel] = change.label.label;
-    block.label_weight[change.before.voxel] = change.label.weight;
+    block.set_label(change.before.voxel, change.label.label);
+    block.set_label_weight(change.before.voxel, change.label.weight);
     votes_.record(change.before.slot, {change.before.voxel, change.before.voted, change.label});
     map.mark_changed(change.before.slot);
     ++written;

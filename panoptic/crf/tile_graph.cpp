@@ -3,62 +3,24 @@
 #include "panoptic/crf/tile_graph.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
+#include <bit>
 #include <map>
 
-#include "panoptic/base/clones.h"
-#include "panoptic/base/lanes.h"
 #include "panoptic/map/block_key.h"
 #include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
-namespace kernels {
-void keep_observed(const VoxelBlock& block, float band_m, std::uint16_t* rows);
-}
-
 namespace {
 
 constexpr int kSide = kBlockSide;
 
-// A block's voxels that belong to the graph: one bit per voxel, a word per row along x.
+// A block's voxels that belong to the graph.
 struct Part {
   BlockIndex index;
   Slot slot = VoxelMap::kNoSlot;
   bool core = false;
-  std::array<std::uint16_t, kSide * kSide> rows{};
+  BlockBits rows{};
 };
-
-}  // namespace
-
-// External linkage on purpose: GCC's target_clones need it.
-namespace kernels {
-
-// Takes away the voxels that were never observed or lie outside the band. Written so that anything that is not a number goes too.
-PANOPTIC_CLONES
-void keep_observed(const VoxelBlock& block, float band_m, std::uint16_t* rows) {
-  using Integers [[gnu::vector_size(32)]] = std::int32_t;
-  const Lanes band = Lanes{} + band_m;
-  for (std::size_t row = 0; row < kSide * kSide; ++row) {
-    if (rows[row] == 0) continue;
-    Integers bits = {};
-    for (std::size_t half = 0; half < 2; ++half) {
-      Lanes weight;
-      Lanes distance;
-      std::memcpy(&weight, block.weight.data() + row * kSide + half * kLanes, sizeof weight);
-      std::memcpy(&distance, block.distance.data() + row * kSide + half * kLanes, sizeof distance);
-      const Integers in = (weight > 0) & (distance <= band) & (distance >= -band);
-      bits |= in & (Integers{1, 2, 4, 8, 16, 32, 64, 128} << static_cast<int>(half * kLanes));
-    }
-    bits |= __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3);
-    bits |= __builtin_shufflevector(bits, bits, 2, 3, 0, 1, 6, 7, 4, 5);
-    rows[row] &= static_cast<std::uint16_t>(bits[0] | bits[1]);
-  }
-}
-
-}  // namespace kernels
-
-namespace {
 
 struct Span1 {
   int begin;
@@ -99,7 +61,8 @@ std::vector<Part> parts_of(const VoxelMap& map, std::span<const Slot> blocks, co
   std::vector<Part> sorted;
   sorted.reserve(parts.size());
   for (auto& [key, part] : parts) {
-    kernels::keep_observed(map.block(part.slot), settings.band_m, part.rows.data());
+    const BlockBits surface = surface_bits(map.block(part.slot), settings.band_m);
+    for (std::size_t row = 0; row < surface.size(); ++row) part.rows[row] &= surface[row];
     sorted.push_back(part);
   }
   return sorted;
@@ -129,26 +92,25 @@ class Copier {
     const VoxelBlock& block = map_.block(part.slot);
     for (std::uint32_t bits = part.rows[static_cast<std::size_t>(y + kSide * z)]; bits != 0; bits &= bits - 1) {
       const int x = std::countr_zero(bits);
-      add_node(part, block, static_cast<std::size_t>(voxel_offset(x, y, z)),
+      add_node(part, block, voxel_offset(x, y, z),
                {part.index.x * kSide + x, part.index.y * kSide + y, part.index.z * kSide + z});
     }
   }
 
-  void add_node(const Part& part, const VoxelBlock& block, std::size_t voxel, GridPoint point) {
+  void add_node(const Part& part, const VoxelBlock& block, int offset, GridPoint point) {
     CrfGraph& g = out_.graph;
-    const float weight = block.weight[voxel];
-    const VoxelLabel held{block.label[voxel], block.label_weight[voxel]};
-    const VoxelLabel voted = votes_.voted(part.slot, static_cast<std::uint16_t>(voxel), held);
-    const float vote_sum = block.vote_sum[voxel];
+    const Voxel voxel = block.at(offset);
+    const VoxelLabel held{voxel.label, voxel.label_weight};
+    const VoxelLabel voted = votes_.voted(part.slot, static_cast<std::uint16_t>(offset), held);
     if (part.core) {
-      out_.core.push_back(
-          {static_cast<std::uint32_t>(g.size()), part.slot, static_cast<std::uint16_t>(voxel), held, voted, weight, vote_sum});
+      out_.core.push_back({static_cast<std::uint32_t>(g.size()), part.slot, static_cast<std::uint16_t>(offset), held, voted,
+                           voxel.weight, voxel.vote_sum});
     }
     g.points.push_back(point);
-    const auto channel = [&](const auto& plane) { return static_cast<float>(plane[voxel]) / 256.0F; };
-    g.colors.push_back({channel(block.red), channel(block.green), channel(block.blue)});
-    g.labels.push_back(vote_sum > 0 ? voted.label : CrfGraph::kNoLabel);
-    const float p = 0.5F * (1.0F + label_share(voted.weight, vote_sum));  // Eq. 19
+    const auto channel = [&](std::uint16_t value) { return static_cast<float>(value) / 256.0F; };
+    g.colors.push_back({channel(voxel.red), channel(voxel.green), channel(voxel.blue)});
+    g.labels.push_back(voxel.vote_sum > 0 ? voted.label : CrfGraph::kNoLabel);
+    const float p = 0.5F * (1.0F + label_share(voted.weight, voxel.vote_sum));  // Eq. 19
     g.probabilities.push_back(p > 0.5F ? std::min(p, highest_probability_) : 0.5F);
   }
 

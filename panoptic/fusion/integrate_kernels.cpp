@@ -2,29 +2,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/fusion/integrate_kernels.h"
 
+#include <bit>
 #include <cmath>
-#include <cstddef>
+#include <cstdint>
 #include <cstring>
 
 #include "panoptic/base/clones.h"
-#include "panoptic/fusion/fuse_row.h"
+#include "panoptic/fusion/fuse_brick.h"
 
 namespace panoptic {
 namespace {
 
-using kernels::kRow;
-constexpr int kSlice = kRow * kRow;
+constexpr int kTogether = 4;  // bricks
+constexpr int kSlice = kBrickSide * kBrickSide;
+constexpr int kSlices = kTogether * kBrickSide;
 
-// A slice of 16 x 16 voxels on its way to the pixels: plain arrays, and nothing but ternaries in the loops, so that each loop
-// vectorises by itself. Long loops of loads and of prefetches hide how far away the images are.
-struct SliceScratch {
-  alignas(64) float x[kSlice];
-  alignas(64) float y[kSlice];
-  alignas(64) float z[kSlice];
-  alignas(64) float inverse_z[kSlice];
-  alignas(64) std::int32_t pixel[kSlice];
-  alignas(64) float depth[kSlice];
-  alignas(64) std::uint8_t near[kSlice];  // 1 = may be in the band
+// Some bricks on their way to the pixels: plain arrays, and nothing but ternaries in the loops, so that each loop vectorises by
+// itself. Long loops of loads and of prefetches hide how far away the images are.
+struct BricksScratch {
+  static constexpr int kVoxels = kTogether * kBrickVoxels;
+  alignas(64) float x[kVoxels];
+  alignas(64) float y[kVoxels];
+  alignas(64) float z[kVoxels];
+  alignas(64) float inverse_z[kVoxels];
+  alignas(64) std::int32_t pixel[kVoxels];
+  alignas(64) float depth[kVoxels];
+  alignas(64) std::uint8_t near[kVoxels];  // 1 = may be in the band
+  alignas(64) float distance[kBrickVoxels];
+  alignas(64) float weight[kBrickVoxels];
 };
 
 }  // namespace
@@ -32,19 +37,22 @@ struct SliceScratch {
 // External linkage on purpose: GCC's target_clones need it.
 namespace kernels {
 
-void integrate_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
-void integrate_label_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
+void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
+void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
 
-// Where the voxels of a slice are and which pixels they fall on.
-[[gnu::always_inline]] static inline void project_slice(const KernelFrame& frame, const BlockInCamera& place, int slice,
-                                                        SliceScratch& s) {
+// Where the voxels of a brick are and which pixels they fall on.
+[[gnu::always_inline]] static inline void project_brick(const KernelFrame& frame, const BlockInCamera& place, int brick,
+                                                        int first, BricksScratch& s) {
   const auto width = static_cast<float>(frame.width);
   const auto height = static_cast<float>(frame.height);
   const std::int32_t outside = frame.width * frame.height;
-  const auto iz = static_cast<float>(slice);
-  for (int k = 0; k < kSlice; ++k) {
-    const auto ix = static_cast<float>(k & (kRow - 1));
-    const auto iy = static_cast<float>(k / kRow);
+  const int bx = kBrickSide * (brick & 3);
+  const int by = kBrickSide * (brick >> 2 & 3);
+  const int bz = kBrickSide * (brick >> 4);
+  for (int k = 0; k < kBrickVoxels; ++k) {
+    const auto ix = static_cast<float>(bx + (k & 3));
+    const auto iy = static_cast<float>(by + (k >> 2 & 3));
+    const auto iz = static_cast<float>(bz + (k >> 4));
     const float x = place.origin[0] + iy * place.step_y[0] + iz * place.step_z[0] + ix * place.step_x[0];
     const float y = place.origin[1] + iy * place.step_y[1] + iz * place.step_z[1] + ix * place.step_x[1];
     const float z = place.origin[2] + iy * place.step_y[2] + iz * place.step_z[2] + ix * place.step_x[2];
@@ -54,103 +62,145 @@ void integrate_label_slices(const KernelFrame& frame, const BlockInCamera& place
     const bool inside = (z > 0) & (u >= 0) & (u < width) & (v >= 0) & (v < height);
     const auto ui = static_cast<std::int32_t>(inside ? u : 0.0F);
     const auto vi = static_cast<std::int32_t>(inside ? v : 0.0F);
-    s.pixel[k] = inside ? vi * frame.width + ui : outside;
-    s.x[k] = x;
-    s.y[k] = y;
-    s.z[k] = z;
-    s.inverse_z[k] = inverse;
+    s.pixel[first + k] = inside ? vi * frame.width + ui : outside;
+    s.x[first + k] = x;
+    s.y[first + k] = y;
+    s.z[first + k] = z;
+    s.inverse_z[first + k] = inverse;
   }
 }
 
 // Which voxels could be in the band? The signed distance along the ray is never shorter than that along z; `reach` is a little
 // more than the band, for rounding.
-[[gnu::always_inline]] static inline void find_near(const KernelFrame& frame, float reach, SliceScratch& s) {
-  for (int k = 0; k < kSlice; ++k) s.depth[k] = frame.depth[s.pixel[k]];
-  for (int k = 0; k < kSlice; ++k) {
+[[gnu::always_inline]] static inline void find_near(const KernelFrame& frame, float reach, BricksScratch& s) {
+  for (int k = 0; k < BricksScratch::kVoxels; ++k) s.depth[k] = frame.depth[s.pixel[k]];
+  for (int k = 0; k < BricksScratch::kVoxels; ++k) {
     const float along_z = s.depth[k] - s.z[k];
     s.near[k] = ((s.depth[k] > 0) & (along_z < reach) & (along_z > -reach)) ? 1 : 0;
   }
 }
 
-[[gnu::always_inline]] static inline bool any_near(const SliceScratch& s, int row) {
+// One bit for each of 64 flags.
+[[gnu::always_inline]] static inline std::uint64_t bits_of(const std::uint8_t* flags) {
+  constexpr std::uint64_t kGather = 0x0102040810204080ULL;  // moves the lowest bit of byte n to bit 56 + n
+  std::uint64_t bits = 0;
+  for (int n = 0; n < kBrickVoxels / 8; ++n) {
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, flags + n * 8, sizeof eight);
+    bits |= (eight * kGather >> 56) << (8 * n);
+  }
+  return bits;
+}
+
+[[gnu::always_inline]] static inline bool any_near(const BricksScratch& s, int slice) {
   std::uint64_t half[2];
-  std::memcpy(half, s.near + row * kRow, sizeof half);
+  std::memcpy(half, s.near + slice * kSlice, sizeof half);
   return (half[0] | half[1]) != 0;
 }
 
-[[gnu::always_inline]] static inline void prefetch_row(const KernelFrame& frame, const SliceScratch& s, int row) {
+[[gnu::always_inline]] static inline void prefetch_slice(const KernelFrame& frame, const BricksScratch& s, int slice) {
 #pragma GCC unroll 1
-  for (int k = row * kRow; k < (row + 1) * kRow; ++k) {
+  for (int k = slice * kSlice; k < (slice + 1) * kSlice; ++k) {
     __builtin_prefetch(frame.color + s.pixel[k]);
     __builtin_prefetch(frame.label + s.pixel[k]);
   }
 }
 
-[[gnu::always_inline]] static inline void weigh(const KernelFrame& frame, const Band& band, const SliceScratch& s, int row,
-                                                RowScratch& r) {
-  const int first = row * kRow;
-  for (int k = 0; k < kRow; ++k) {
+// Distance and weight for the voxels of the brick that begins at `first`. Returns a bit for every one that is observed.
+[[gnu::always_inline]] static inline std::uint64_t weigh(const Band& band, int first, BricksScratch& s) {
+  alignas(64) std::uint8_t observed[kBrickVoxels];
+  for (int k = 0; k < kBrickVoxels; ++k) {
     const int i = first + k;
     const float range_per_z = std::sqrt(s.x[i] * s.x[i] + s.y[i] * s.y[i] + s.z[i] * s.z[i]) * s.inverse_z[i];
     const float distance = (s.depth[i] - s.z[i]) * range_per_z;
     const bool use = (s.depth[i] > 0) & (distance < band.truncation_m) & (distance > -band.truncation_m);
     const float weight = observation_weight(use ? s.depth[i] : 1.0F, distance, band);
-    r.distance[k] = distance;
-    r.weight[k] = use ? weight : 0.0F;
+    s.distance[k] = distance;
+    s.weight[k] = use ? weight : 0.0F;
   }
-#pragma GCC unroll 1
-  for (int k = 0; k < kRow; ++k) {
-    r.color[k] = frame.color[s.pixel[first + k]];
-    r.label[k] = number(frame.label[s.pixel[first + k]]);
+  for (int k = 0; k < kBrickVoxels; ++k) observed[k] = s.weight[k] > 0 ? 1 : 0;
+  return bits_of(observed);
+}
+
+// The observations of the voxels that the brick stores.
+[[gnu::always_inline]] static inline void gather(const KernelFrame& frame, const Brick& brick, int first, const BricksScratch& s,
+                                                 BrickObservations& o) {
+  int k = 0;
+  for (std::uint64_t rest = brick.stored(); rest != 0; rest &= rest - 1, ++k) {
+    const int voxel = std::countr_zero(rest);
+    const std::int32_t pixel = s.pixel[first + voxel];
+    o.distance[k] = s.distance[voxel];
+    o.weight[k] = s.weight[voxel];
+    o.color[k] = frame.color[pixel];
+    o.label[k] = number(frame.label[pixel]);
+  }
+  for (; k < brick.capacity(); ++k) {
+    o.distance[k] = 0;
+    o.weight[k] = 0;
+    o.color[k] = 0;
+    o.label[k] = number(LabelSlot::kNoVote);
   }
 }
 
 template <bool LabelsOnly>
-[[gnu::always_inline]] static inline void fuse_slices(const KernelFrame& frame_in, const BlockInCamera& place_in,
+[[gnu::always_inline]] static inline void fuse_observed(const KernelFrame& frame, const Band& band, int number, int first,
+                                                        BricksScratch& s, VoxelBlock& block) {
+  const FusionRules rules{frame.votes, frame.max_weight};
+  BrickObservations o;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled as far as it is read
+  const std::uint64_t observed = weigh(band, first, s);
+  Brick& brick = block.brick(number);
+  if constexpr (LabelsOnly) {
+    if ((observed & brick.stored()) == 0) return;
+  } else {
+    if (observed == 0) return;
+    if ((observed & ~brick.stored()) != 0) block.store(number, observed);
+  }
+  gather(frame, brick, first, s, o);
+  if constexpr (LabelsOnly) {
+    fuse_labels(brick, brick.capacity(), rules, o);
+  } else {
+    fuse_brick(brick, brick.capacity(), rules, o);
+  }
+}
+
+template <bool LabelsOnly>
+[[gnu::always_inline]] static inline void fuse_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in,
                                                       const Band& band_in, VoxelBlock& block) {
   const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
   const BlockInCamera place = place_in;
   const Band band = band_in;
-  const RowRules rules{frame.votes, frame.max_weight};
   const float reach = band.truncation_m * 1.001F;
-  SliceScratch s;  // NOLINT(cppcoreguidelines-pro-type-member-init): every slice fills it
-  RowScratch r;    // NOLINT(cppcoreguidelines-pro-type-member-init): every row fills it
-  for (int slice = 0; slice < kRow; ++slice) {
-    project_slice(frame, place, slice, s);
+  BricksScratch s;  // NOLINT(cppcoreguidelines-pro-type-member-init): every turn fills it
+  for (int begin = 0; begin < kBlockBricks; begin += kTogether) {
+    for (int n = 0; n < kTogether; ++n) project_brick(frame, place, begin + n, n * kBrickVoxels, s);
     find_near(frame, reach, s);
-    for (int row = 0; row < kRow; ++row) {
-      if (any_near(s, row)) prefetch_row(frame, s, row);
+    for (int slice = 0; slice < kSlices; ++slice) {
+      if (any_near(s, slice)) prefetch_slice(frame, s, slice);
     }
-    for (int row = 0; row < kRow; ++row) {
-      if (!any_near(s, row)) continue;
-      weigh(frame, band, s, row, r);
-      const auto first = static_cast<std::size_t>(slice * kSlice + row * kRow);
-      if constexpr (LabelsOnly) {
-        fuse_labels(block, first, rules, r);
-      } else {
-        fuse_row(block, first, rules, r);
-      }
+    for (int n = 0; n < kTogether; ++n) {
+      const int first = n * kBrickVoxels;
+      if (bits_of(s.near + first) != 0) fuse_observed<LabelsOnly>(frame, band, begin + n, first, s, block);
     }
   }
 }
 
 PANOPTIC_CLONES
-void integrate_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  fuse_slices<false>(frame, place, band, block);
+void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
+  fuse_bricks<false>(frame, place, band, block);
 }
 
 PANOPTIC_CLONES
-void integrate_label_slices(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  fuse_slices<true>(frame, place, band, block);
+void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
+  fuse_bricks<true>(frame, place, band, block);
 }
 
 }  // namespace kernels
 
 void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
   if (frame.labels_only) {
-    kernels::integrate_label_slices(frame, place, band, block);
+    kernels::integrate_label_bricks(frame, place, band, block);
   } else {
-    kernels::integrate_slices(frame, place, band, block);
+    kernels::integrate_bricks(frame, place, band, block);
   }
 }
 

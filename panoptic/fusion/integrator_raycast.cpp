@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 // The paper's way: every pixel updates the voxels along its ray (section III-D).
-#include <memory>
-
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/ray_fusion.h"
 #include "panoptic/map/block_key.h"
@@ -33,21 +31,9 @@ void Integrator::update_block_by_rays(const FrameView& view, BlockIndex index, V
   fuse_passages(view, ray_table_, {band_, voxel_size_m_}, passages, {block, place * kBlockSide});
 }
 
-// One block = one task. Labels come seldom (what networks manage), so they are fused by way of a copy of the block.
+// One block = one task.
 void Integrator::update_by_rays(const FrameView& view, std::span<const Slot> slots, VoxelMap& map) {
-  parallel_for(slots.size(), [&](std::size_t i) {
-    const BlockIndex index = map.index_of(slots[i]);
-    VoxelBlock& block = map.block(slots[i]);
-    if (!view.pixels.labels_only) {
-      update_block_by_rays(view, index, block);
-      return;
-    }
-    const auto fused = std::make_unique<VoxelBlock>(block);
-    update_block_by_rays(view, index, *fused);
-    block.label = fused->label;
-    block.label_weight = fused->label_weight;
-    block.vote_sum = fused->vote_sum;
-  });
+  parallel_for(slots.size(), [&](std::size_t i) { update_block_by_rays(view, map.index_of(slots[i]), map.block(slots[i])); });
 }
 
 }  // namespace panoptic

@@ -3,6 +3,7 @@
 #include "panoptic/fusion/ray_fusion.h"
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstring>
 #include <memory>
@@ -72,29 +73,63 @@ struct RayFrame {
 };
 
 void turn_round(const VoxelBlock& block, RayVoxels& voxels);
-void turn_back(const RayVoxels& voxels, VoxelBlock& block);
+void turn_back(const RayVoxels& voxels, bool labels_only, VoxelBlock& block);
 void observe(const RayFrame& frame, const RayLine& line, const std::uint16_t* voxels, std::size_t count, RayBatch& batch);
 void fuse_batch(const RayBatch& batch, const RayWords& words, float max_weight, RayVoxels& voxels);
 
 void turn_round(const VoxelBlock& block, RayVoxels& voxels) {
-  for (std::size_t i = 0; i < kBlockVoxels; ++i) {
-    const Color color = {static_cast<float>(block.red[i]), static_cast<float>(block.green[i]), static_cast<float>(block.blue[i])};
-    voxels.at[i] = RayVoxel{block.distance[i], block.weight[i], block.label_weight[i], block.vote_sum[i], color, block.label[i]};
+  std::memset(voxels.at.data(), 0, sizeof voxels.at);
+  for (int n = 0; n < kBlockBricks; ++n) {
+    const Brick& brick = block.brick(n);
+    int i = 0;
+    for (std::uint64_t rest = brick.stored(); rest != 0; rest &= rest - 1, ++i) {
+      const auto channel = [&](WordPlane plane) { return static_cast<float>(brick.plane(plane)[i]); };
+      const auto value = [&](FloatPlane plane) { return brick.plane(plane)[i]; };
+      voxels.at[static_cast<std::size_t>(offset_in_block(n, std::countr_zero(rest)))] =
+          RayVoxel{value(FloatPlane::kDistance),
+                   value(FloatPlane::kWeight),
+                   value(FloatPlane::kLabelWeight),
+                   value(FloatPlane::kVoteSum),
+                   Color{channel(WordPlane::kRed), channel(WordPlane::kGreen), channel(WordPlane::kBlue)},
+                   brick.plane(WordPlane::kLabel)[i]};
+    }
   }
-  voxels.at[kNoVoxel] = RayVoxel{};
 }
 
-void turn_back(const RayVoxels& voxels, VoxelBlock& block) {
-  for (std::size_t i = 0; i < kBlockVoxels; ++i) {
-    const RayVoxel& voxel = voxels.at[i];
-    block.distance[i] = voxel.distance;
-    block.weight[i] = voxel.weight;
-    block.label_weight[i] = voxel.label_weight;
-    block.vote_sum[i] = voxel.vote_sum;
-    block.label[i] = static_cast<std::uint16_t>(voxel.label);
-    block.red[i] = static_cast<std::uint16_t>(voxel.color[0]);
-    block.green[i] = static_cast<std::uint16_t>(voxel.color[1]);
-    block.blue[i] = static_cast<std::uint16_t>(voxel.color[2]);
+// The voxels of a brick that rays have observed; a bit each.
+static std::uint64_t observed_in(const RayVoxels& voxels, int brick) {
+  std::uint64_t bits = 0;
+  for (int v = 0; v < kBrickVoxels; ++v) {
+    const bool observed = voxels.at[static_cast<std::size_t>(offset_in_block(brick, v))].weight > 0;
+    bits |= std::uint64_t{observed} << v;
+  }
+  return bits;
+}
+
+static void write_labels(const RayVoxel& voxel, Brick& brick, int i) {
+  brick.plane(FloatPlane::kLabelWeight)[i] = voxel.label_weight;
+  brick.plane(FloatPlane::kVoteSum)[i] = voxel.vote_sum;
+  brick.plane(WordPlane::kLabel)[i] = static_cast<std::uint16_t>(voxel.label);
+}
+
+static void write_all(const RayVoxel& voxel, Brick& brick, int i) {
+  brick.plane(FloatPlane::kDistance)[i] = voxel.distance;
+  brick.plane(FloatPlane::kWeight)[i] = voxel.weight;
+  brick.plane(WordPlane::kRed)[i] = static_cast<std::uint16_t>(voxel.color[0]);
+  brick.plane(WordPlane::kGreen)[i] = static_cast<std::uint16_t>(voxel.color[1]);
+  brick.plane(WordPlane::kBlue)[i] = static_cast<std::uint16_t>(voxel.color[2]);
+  write_labels(voxel, brick, i);
+}
+
+void turn_back(const RayVoxels& voxels, bool labels_only, VoxelBlock& block) {
+  const auto write = labels_only ? write_labels : write_all;
+  for (int n = 0; n < kBlockBricks; ++n) {
+    if (!labels_only) block.store(n, observed_in(voxels, n));
+    Brick& brick = block.brick(n);
+    int i = 0;
+    for (std::uint64_t rest = brick.stored(); rest != 0; rest &= rest - 1, ++i) {
+      write(voxels.at[static_cast<std::size_t>(offset_in_block(n, std::countr_zero(rest)))], brick, i);
+    }
   }
 }
 
@@ -240,7 +275,7 @@ void fuse_passages(const FrameView& view, const RayTable& rays, const RayBand& b
   PassageFuser fuser(view, rays, frame, *voxels);
   for (const Passages list : lists) fuser.add(list);
   fuser.flush();
-  kernels::turn_back(*voxels, target.block);
+  kernels::turn_back(*voxels, view.pixels.labels_only, target.block);
 }
 
 }  // namespace panoptic

@@ -18,7 +18,8 @@ struct RayTarget {
   Vec3f first_voxel;  // where voxel (0, 0, 0) of the block lies, in voxels
 };
 
-// Fuses the passages of one block, list by list, each in its order. The lists are as PassageLists gives them.
+// Fuses the passages of one block, list by list, each in its order; the labels alone if the view says so. The lists are as
+// PassageLists gives them.
 using Passages = std::span<const std::uint16_t>;
 void fuse_passages(const FrameView& view, const RayTable& rays, const RayBand& band, std::span<const Passages> lists,
                    const RayTarget& target);

@@ -31,6 +31,7 @@ struct RowToVoxels {
 };
 
 void find_voxels(const RowToVoxels& to_voxels, const float* x, const float* depth, int count, VoxelPiece& piece);
+void look_up_piece(const VoxelPiece& piece, int count, CachedLookup& lookup, LabelSlot* labels);
 
 PANOPTIC_CLONES
 void find_voxels(const RowToVoxels& to_voxels, const float* x, const float* depth, int count, VoxelPiece& piece) {
@@ -56,6 +57,18 @@ void find_voxels(const RowToVoxels& to_voxels, const float* x, const float* dept
   }
 }
 
+// A clone for the sake of counting bits, which finds a voxel among those that its brick stores.
+PANOPTIC_CLONES
+void look_up_piece(const VoxelPiece& piece, int count, CachedLookup& lookup, LabelSlot* labels) {
+  const VoxelBlock* block = nullptr;
+  for (int k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (piece.changed[i] != 0) block = lookup.find({piece.x[i], piece.y[i], piece.z[i]});
+    const bool known = (piece.offset[i] >= 0) & (block != nullptr);
+    labels[k] = known ? static_cast<LabelSlot>(block->label(piece.offset[i])) : LabelSlot::kUnknown;
+  }
+}
+
 }  // namespace kernels
 
 namespace {
@@ -69,16 +82,6 @@ struct PixelGrid {
   std::vector<float> x;  // of each column, at depth 1
 };
 
-void look_up_piece(const kernels::VoxelPiece& piece, int count, CachedLookup& lookup, LabelSlot* labels) {
-  const VoxelBlock* block = nullptr;
-  for (int k = 0; k < count; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    if (piece.changed[i] != 0) block = lookup.find({piece.x[i], piece.y[i], piece.z[i]});
-    const bool known = (piece.offset[i] >= 0) & (block != nullptr);
-    labels[k] = known ? static_cast<LabelSlot>(block->label[static_cast<std::size_t>(piece.offset[i])]) : LabelSlot::kUnknown;
-  }
-}
-
 void look_up_row(const PixelGrid& grid, std::size_t first, const kernels::RowToVoxels& to_voxels, CachedLookup& lookup,
                  LabelSlot* labels) {
   kernels::VoxelPiece piece;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled as far as it is read
@@ -87,7 +90,7 @@ void look_up_row(const PixelGrid& grid, std::size_t first, const kernels::RowToV
     const int count = std::min(kernels::kPiece, width - begin);
     const auto at = first + static_cast<std::size_t>(begin);
     kernels::find_voxels(to_voxels, grid.x.data() + begin, grid.registered.depth.data() + at, count, piece);
-    look_up_piece(piece, count, lookup, labels + begin);
+    kernels::look_up_piece(piece, count, lookup, labels + begin);
   }
 }
 

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <new>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -40,22 +39,45 @@ int unnamed_file(const std::filesystem::path& folder) {
 }  // namespace
 
 BlockPager::BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder)
-    : folder_(folder), limit_(std::max(kFewestBlocks, limit_bytes / sizeof(VoxelBlock))), file_(unnamed_file(folder)) {}
+    : folder_(folder), limit_pages_(std::max(kFewestBytes, limit_bytes) / kPage), file_(unnamed_file(folder)) {}
 
 BlockPager::~BlockPager() {
-  for (const auto& chunk : chunks_) ::munmap(chunk->blocks, kChunkBlocks * sizeof(VoxelBlock));
+  for (std::byte* chunk : chunks_) ::munmap(chunk, kChunkRegions * kRegionPages * kPage);
   ::close(file_);
 }
 
-VoxelBlock* BlockPager::add() {
-  if (count_ % kChunkBlocks == 0) add_chunk();
-  const std::size_t slot = count_++;
-  touch(slot);
-  return new (&chunks_.back()->blocks[slot % kChunkBlocks]) VoxelBlock;
+BrickPool& BlockPager::add() {
+  const std::lock_guard lock(mutex_);
+  // Room for the first region of every block, so that none of them fails for want of disk space while a frame is fused.
+  while (chunks_.size() * kChunkRegions < count_ + 1 + regions_beyond_) add_chunk();
+  if (count_ % kChunkBlocks == 0) blocks_.push_back(std::make_unique<BlockChunk>());
+  Block& block = block_at(count_++);
+  block.used_at = now_.load(std::memory_order_relaxed);
+  block.pool = std::make_unique<BrickPool>(kPage, [this, &block](std::size_t) { return next_page(block); });
+  return *block.pool;
+}
+
+std::byte* BlockPager::next_page(Block& block) {
+  const std::size_t pages = block.pages.load(std::memory_order_relaxed);
+  if (pages % kRegionPages == 0) {
+    const std::lock_guard lock(mutex_);
+    std::byte* const region = next_region();
+    if (pages > 0) ++regions_beyond_;
+    block.regions.push_back(region);
+  }
+  block.pages.store(pages + 1, std::memory_order_relaxed);
+  came_in(1);
+  return block.regions.back() + pages % kRegionPages * kPage;
+}
+
+std::byte* BlockPager::next_region() {
+  if (regions_ == chunks_.size() * kChunkRegions) add_chunk();
+  const std::size_t region = regions_++;
+  return chunks_[region / kChunkRegions] + region % kChunkRegions * kRegionPages * kPage;
 }
 
 void BlockPager::add_chunk() {
-  constexpr std::size_t kBytes = kChunkBlocks * sizeof(VoxelBlock);
+  constexpr std::size_t kBytes = kChunkRegions * kRegionPages * kPage;
   const auto begin = static_cast<off_t>(chunks_.size() * kBytes);
   int error = EINTR;
   while (error == EINTR) error = ::posix_fallocate(file_, begin, kBytes);
@@ -63,12 +85,14 @@ void BlockPager::add_chunk() {
     throw Error(fmt::format("no {} MB more for the map in {}: {}; free some space or set map.swap_folder", kBytes >> 20,
                             folder_.string(), reason(error)));
   }
-  auto chunk = std::make_unique<Chunk>();
   void* const memory = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, begin);
   if (memory == MAP_FAILED)
     throw Error(fmt::format("the map's file in {} cannot be mapped: {}", folder_.string(), reason(errno)));
-  chunk->blocks = static_cast<VoxelBlock*>(memory);
-  chunks_.push_back(std::move(chunk));
+  chunks_.push_back(static_cast<std::byte*>(memory));
+}
+
+void BlockPager::came_in(std::size_t pages) {
+  if (pages_in_memory_.fetch_add(pages, std::memory_order_relaxed) + pages > limit_pages_) make_room();
 }
 
 // A quarter at a time, so that it is seldom. Whoever comes meanwhile goes on: the limit is overstepped by a few blocks at most.
@@ -76,34 +100,34 @@ void BlockPager::make_room() {
   const std::unique_lock lock(making_room_, std::try_to_lock);
   if (!lock) return;
   std::vector<std::pair<std::uint32_t, std::size_t>> here;  // last use, slot
-  for (std::size_t slot = 0; slot < chunks_.size() * kChunkBlocks; ++slot) {
-    const std::uint32_t used_at = chunks_[slot / kChunkBlocks]->used_at[slot % kChunkBlocks].load(std::memory_order_relaxed);
-    if (used_at != kAway) here.emplace_back(used_at, slot);
+  std::size_t pages = 0;
+  for (std::size_t slot = 0; slot < count_; ++slot) {
+    const std::uint32_t used_at = block_at(slot).used_at.load(std::memory_order_relaxed);
+    if (used_at == kAway) continue;
+    pages += block_at(slot).pages.load(std::memory_order_relaxed);
+    here.emplace_back(used_at, slot);
   }
-  const std::size_t keep = limit_ - limit_ / 4;
-  if (here.size() <= keep) return;
-  const auto end = here.begin() + static_cast<std::ptrdiff_t>(here.size() - keep);
-  std::nth_element(here.begin(), end, here.end());
-  std::vector<std::size_t> slots;
-  for (auto h = here.begin(); h != end; ++h) slots.push_back(h->second);
-  std::sort(slots.begin(), slots.end());
-  give_back(slots);
+  std::sort(here.begin(), here.end());
+  const std::size_t keep = limit_pages_ - limit_pages_ / 4;
+  for (const auto& [used_at, slot] : here) {
+    if (pages <= keep) break;
+    pages -= block_at(slot).pages.load(std::memory_order_relaxed);
+    give_back(block_at(slot));
+  }
+  pages_in_memory_.store(pages, std::memory_order_relaxed);
   tick();
 }
 
 // Pages of a shared mapping lose nothing by it: what was written is in the file's pages, which the system writes out in its time.
-void BlockPager::give_back(const std::vector<std::size_t>& slots) {
-  for (std::size_t begin = 0; begin < slots.size();) {
-    std::size_t end = begin + 1;
-    while (end < slots.size() && slots[end] == slots[end - 1] + 1 && slots[end] % kChunkBlocks != 0) ++end;
-    Chunk& chunk = *chunks_[slots[begin] / kChunkBlocks];
-    const std::size_t first = slots[begin] % kChunkBlocks;
-    for (std::size_t i = first; i < first + end - begin; ++i) chunk.used_at[i].store(kAway, std::memory_order_relaxed);
-    ::madvise(&chunk.blocks[first], (end - begin) * sizeof(VoxelBlock), MADV_DONTNEED);
-    begin = end;
+void BlockPager::give_back(Block& block) {
+  block.used_at.store(kAway, std::memory_order_relaxed);
+  const std::lock_guard lock(mutex_);
+  std::size_t pages = block.pages.load(std::memory_order_relaxed);
+  for (std::byte* region : block.regions) {
+    ::madvise(region, std::min(pages, kRegionPages) * kPage, MADV_DONTNEED);
+    pages -= std::min(pages, kRegionPages);
   }
-  in_memory_.fetch_sub(slots.size(), std::memory_order_relaxed);
-  given_back_.fetch_add(slots.size(), std::memory_order_relaxed);
+  given_back_.fetch_add(1, std::memory_order_relaxed);
 }
 
 }  // namespace panoptic

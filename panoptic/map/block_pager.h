@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Voxel blocks that may be more than memory should hold. They lie in a file without a name, mapped into memory: a block that was
-// not used for long is given back to the file, and comes back by itself when somebody reads or writes it. So a pointer to a block
-// stays good, and no reader knows about it. docs/decisions/0011 says why it is the operating system's paging.
+// Voxels that may be more than memory should hold. They lie in a file without a name, mapped into memory: the voxels of a block
+// that was not used for long are given back to the file, and come back by themselves when somebody reads or writes them. So a
+// pointer to them stays good, and no reader knows about it. docs/decisions/0011 says why it is the operating system's paging.
 //
-// Threads: touch may be called by any number of threads at any time; add needs the pager for itself.
+// Threads: touch and what pools do may run in any number of threads at any time; add needs the pager for itself.
 #pragma once
 
 #include <array>
@@ -17,59 +17,73 @@
 #include <mutex>
 #include <vector>
 
-#include "panoptic/voxel_map.h"
+#include "panoptic/map/brick_pool.h"
 
 namespace panoptic {
 
 class BlockPager {
  public:
-  // A file without a name in `folder`: it vanishes with the process, however that ends. At most `limit_bytes` of blocks stay in
-  // memory, and no fewer than kFewestBlocks. Throws Error if there can be no such file.
+  // A file without a name in `folder`: it vanishes with the process, however that ends. About `limit_bytes` of voxels stay in
+  // memory, and no fewer than kFewestBytes. Throws Error if there can be no such file.
   BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder);
   ~BlockPager();
   BlockPager(const BlockPager&) = delete;
   BlockPager& operator=(const BlockPager&) = delete;
 
-  static constexpr std::size_t kFewestBlocks = 64;
+  static constexpr std::size_t kFewestBytes = 6 << 20;
 
-  // The next block, all zero. The disk space for it is taken at once: a full disk is an Error here and never a crash later.
-  VoxelBlock* add();
+  // The memory for the voxels of the next block. Disk space for all of them is taken at once: a full disk is an Error here, and
+  // hardly ever later.
+  BrickPool& add();
 
   // Says that block `slot` is about to be used; gives blocks that were not used for the longest back if there are too many.
   void touch(std::size_t slot) {
-    std::atomic<std::uint32_t>& used_at = chunks_[slot / kChunkBlocks]->used_at[slot % kChunkBlocks];
+    Block& block = block_at(slot);
     const std::uint32_t now = now_.load(std::memory_order_relaxed);
-    if (used_at.load(std::memory_order_relaxed) == now) return;
-    if (used_at.exchange(now, std::memory_order_relaxed) != kAway) return;
-    if (in_memory_.fetch_add(1, std::memory_order_relaxed) >= limit_) make_room();
+    if (block.used_at.load(std::memory_order_relaxed) == now) return;
+    if (block.used_at.exchange(now, std::memory_order_relaxed) == kAway) came_in(block.pages.load(std::memory_order_relaxed));
   }
 
   // Ends a moment: blocks that are touched from now on count as used later than those touched before.
   void tick() { now_.fetch_add(1, std::memory_order_relaxed); }
 
-  std::size_t blocks_in_memory() const { return in_memory_.load(std::memory_order_relaxed); }
+  std::size_t bytes_in_memory() const { return pages_in_memory_.load(std::memory_order_relaxed) * kPage; }
   std::uint64_t blocks_given_back() const { return given_back_.load(std::memory_order_relaxed); }
 
  private:
-  static constexpr std::size_t kChunkBlocks = 256;  // 20 MiB of file at a time
-  static constexpr std::uint32_t kAway = 0;         // in the file alone, as far as touch was told
+  static constexpr std::size_t kPage = 4096;
+  static constexpr std::size_t kRegionPages = 24;  // a block all of whose voxels are stored
+  static constexpr std::size_t kChunkRegions = 256;
+  static constexpr std::size_t kChunkBlocks = 256;
+  static constexpr std::uint32_t kAway = 0;  // in the file alone, as far as touch was told
 
-  struct Chunk {
-    VoxelBlock* blocks = nullptr;
-    std::array<std::atomic<std::uint32_t>, kChunkBlocks> used_at{};
+  struct Block {
+    std::atomic<std::uint32_t> used_at{kAway};
+    std::atomic<std::size_t> pages{0};
+    std::vector<std::byte*> regions;  // all but the last are full
+    std::unique_ptr<BrickPool> pool;
   };
+  using BlockChunk = std::array<Block, kChunkBlocks>;
 
+  Block& block_at(std::size_t slot) { return (*blocks_[slot / kChunkBlocks])[slot % kChunkBlocks]; }
+  std::byte* next_page(Block& block);
+  std::byte* next_region();
   void add_chunk();
+  void came_in(std::size_t pages);
   void make_room();
-  void give_back(const std::vector<std::size_t>& slots);
+  void give_back(Block& block);
 
   std::filesystem::path folder_;
-  std::size_t limit_;  // blocks
+  std::size_t limit_pages_;
   int file_ = -1;
   std::size_t count_ = 0;
-  std::vector<std::unique_ptr<Chunk>> chunks_;
+  std::vector<std::unique_ptr<BlockChunk>> blocks_;
+  std::mutex mutex_;                // of regions
+  std::vector<std::byte*> chunks_;  // of the file
+  std::size_t regions_ = 0;         // given out
+  std::size_t regions_beyond_ = 0;  // of them those that are not the first of their block
   std::atomic<std::uint32_t> now_{1};
-  std::atomic<std::size_t> in_memory_{0};
+  std::atomic<std::size_t> pages_in_memory_{0};
   std::atomic<std::uint64_t> given_back_{0};
   std::mutex making_room_;
 };

@@ -44,13 +44,13 @@ void FrameVotes::rename(const std::vector<std::uint16_t>& new_label, VoxelMap& m
   for (Slot slot = 0; slot < votes_.size(); ++slot) {
     std::erase_if(votes_[slot], [&](OverruledVote& vote) {
       VoxelBlock& block = map.block(slot);
-      const VoxelLabel held{block.label[vote.voxel], block.label_weight[vote.voxel]};
+      const VoxelLabel held{block.label(vote.voxel), block.label_weight(vote.voxel)};
       if (stays(held.label) && stays(vote.voted.label) && stays(vote.written.label)) return false;
       vote.voted = voted_since(vote, held);  // while labels mean what they did when frames came
       vote.voted.label = new_label[vote.voted.label];
       vote.written = {new_label[held.label], held.weight};
       const bool agree = vote.voted.label == vote.written.label;
-      if (agree) block.label_weight[vote.voxel] = std::min(vote.voted.weight, block.vote_sum[vote.voxel]);
+      if (agree) block.set_label_weight(vote.voxel, std::min(vote.voted.weight, block.vote_sum(vote.voxel)));
       map.mark_changed(slot);
       return agree;
     });
@@ -59,11 +59,11 @@ void FrameVotes::rename(const std::vector<std::uint16_t>& new_label, VoxelMap& m
 
 void FrameVotes::decide(Slot slot, std::uint16_t voxel, std::uint16_t label, VoxelBlock& block) {
   if (const OverruledVote* vote = find(slot, voxel)) {
-    const VoxelLabel voted = voted_since(*vote, {block.label[voxel], block.label_weight[voxel]});
-    block.label_weight[voxel] = std::min(voted.weight, block.vote_sum[voxel]);
+    const VoxelLabel voted = voted_since(*vote, {block.label(voxel), block.label_weight(voxel)});
+    block.set_label_weight(voxel, std::min(voted.weight, block.vote_sum(voxel)));
     votes_[slot].erase(votes_[slot].begin() + (vote - votes_[slot].data()));
   }
-  block.label[voxel] = label;
+  block.set_label(voxel, label);
 }
 
 void FrameVotes::add_in_use(std::vector<bool>& in_use) const {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -65,19 +66,23 @@ constexpr BlockIndex neighbour(BlockIndex block, int n) {
 // Half the width of the surface band, the observed voxels that count as surface.
 inline constexpr float kSurfaceBand_voxels = 1.5F;
 
-// True if a voxel was observed within `band_m` of the surface.
-inline bool is_surface(const VoxelBlock& block, std::size_t offset, float band_m) {
-  return block.weight[offset] > 0 && std::abs(block.distance[offset]) <= band_m;
-}
+// Voxels of one block, a bit each (the lowest is x = 0), by row along x: row y + 16 z.
+inline constexpr int kBlockRows = kBlockSide * kBlockSide;
+using BlockBits = std::array<std::uint16_t, kBlockRows>;
+
+// The voxels that were observed within `band_m` of the surface.
+BlockBits surface_bits(const VoxelBlock& block, float band_m);
 
 // Calls visit(label, coordinates) for every voxel of the block in the surface band, in the order of the voxels.
 template <typename Visit>
 void visit_surface(const VoxelBlock& block, BlockIndex index, float voxel_size_m, const Visit& visit) {
-  const float band_m = kSurfaceBand_voxels * voxel_size_m;
+  const BlockBits surface = surface_bits(block, kSurfaceBand_voxels * voxel_size_m);
   const VoxelIndex first = first_voxel(index);
-  for (std::int32_t v = 0; v < kBlockVoxels; ++v) {
-    const auto i = static_cast<std::size_t>(v);
-    if (is_surface(block, i, band_m)) visit(static_cast<LabelSlot>(block.label[i]), voxel_at(first, v));
+  for (int row = 0; row < kBlockRows; ++row) {
+    for (unsigned bits = surface[static_cast<std::size_t>(row)]; bits != 0; bits &= bits - 1) {
+      const int offset = row * kBlockSide + std::countr_zero(bits);
+      visit(static_cast<LabelSlot>(block.label(offset)), voxel_at(first, offset));
+    }
   }
 }
 

@@ -13,6 +13,7 @@
 #include "panoptic/labels.h"
 #include "panoptic/map/block_key.h"
 #include "panoptic/map/block_pager.h"
+#include "panoptic/map/brick_pool.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/parallel.h"
 
@@ -70,6 +71,7 @@ VoxelMap::VoxelMap(const MapOptions& options)
       truncation_m_(options.truncation_voxels * options.voxel_size_m),
       max_weight_(options.max_weight > 0 ? options.max_weight : std::numeric_limits<float>::infinity()),
       pager_(pager_for(options)),
+      pool_(pager_ ? nullptr : std::make_unique<BrickPool>()),
       table_keys_(kInitialTable, 0),
       table_slots_(kInitialTable, kNoSlot) {}
 
@@ -85,9 +87,21 @@ std::uint64_t VoxelMap::begin_epoch() {
 }
 
 std::size_t VoxelMap::memory_bytes() const {
-  const std::size_t voxels = pager_ ? pager_->blocks_in_memory() : blocks_.size();
-  return voxels * sizeof(VoxelBlock) + blocks_.size() * (sizeof(void*) + sizeof(indices_[0]) + sizeof(changed_at_[0])) +
+  const std::size_t per_block = sizeof(VoxelBlock) + sizeof(blocks_[0]) + sizeof(indices_[0]) + sizeof(changed_at_[0]);
+  return (pager_ ? pager_->bytes_in_memory() : pool_->bytes()) + blocks_.size() * per_block +
          table_keys_.size() * (sizeof(table_keys_[0]) + sizeof(table_slots_[0]));
+}
+
+std::size_t VoxelMap::observed_voxels() const {
+  std::size_t observed = 0;
+  for (Slot slot = 0; slot < blocks_.size(); ++slot) {
+    const VoxelBlock& b = block(slot);
+    for (int n = 0; n < kBlockBricks; ++n) {
+      const float* weight = b.brick(n).plane(FloatPlane::kWeight);
+      observed += static_cast<std::size_t>(std::count_if(weight, weight + b.brick(n).count(), [](float w) { return w > 0; }));
+    }
+  }
+  return observed;
 }
 
 // The place of the key, or the free place where it would go.
@@ -117,11 +131,7 @@ Slot VoxelMap::allocate(BlockIndex index) {
     place = probe(pack(index));
   }
   const auto slot = static_cast<Slot>(blocks_.size());
-  if (pager_) {
-    blocks_.push_back(pager_->add());
-  } else {
-    blocks_.push_back(in_heap_.emplace_back(std::make_unique<VoxelBlock>()).get());
-  }
+  blocks_.push_back(std::make_unique<VoxelBlock>(pager_ ? pager_->add() : *pool_));
   indices_.push_back(index);
   changed_at_.push_back(epoch_);
   table_keys_[place] = pack(index) + 1;
@@ -152,18 +162,31 @@ std::vector<Slot> VoxelMap::changed_since(std::uint64_t epoch) const {
 std::vector<bool> ids_in_use(const VoxelMap& map) {
   std::vector<bool> used(kLabelSlots, false);
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    for (const std::uint16_t label : map.block(slot).label) used[label] = true;
+    used[number(LabelSlot::kUnknown)] = true;  // some voxel is always without a label
+    const VoxelBlock& block = map.block(slot);
+    for (int n = 0; n < kBlockBricks; ++n) {
+      const Brick& brick = block.brick(n);
+      const std::uint16_t* labels = brick.plane(WordPlane::kLabel);
+      for (int i = 0; i < brick.count(); ++i) used[labels[i]] = true;
+    }
   }
   return used;
 }
 
+// Of all voxels, stored or not, so that it does not depend on how they are stored.
 std::uint64_t VoxelMap::hash() const {
+  constexpr std::size_t kHashedTogether = 16;
   std::vector<Slot> order(blocks_.size());
   std::iota(order.begin(), order.end(), Slot{0});
   std::sort(order.begin(), order.end(), [&](Slot a, Slot b) { return pack(indices_[a]) < pack(indices_[b]); });
   std::vector<std::uint64_t> hashes(order.size());
-  parallel_for(order.size(),
-               [&](std::size_t i) { hashes[i] = hash_bytes(&block(order[i]), sizeof(VoxelBlock), pack(indices_[order[i]])); });
+  parallel_for((order.size() + kHashedTogether - 1) / kHashedTogether, [&](std::size_t task) {
+    const auto planes = std::make_unique_for_overwrite<BlockPlanes>();
+    for (std::size_t i = task * kHashedTogether; i < std::min(order.size(), (task + 1) * kHashedTogether); ++i) {
+      block(order[i]).unpack(*planes);
+      hashes[i] = hash_bytes(planes.get(), sizeof(BlockPlanes), pack(indices_[order[i]]));
+    }
+  });
   return std::accumulate(hashes.begin(), hashes.end(), std::uint64_t{blocks_.size()},
                          [](std::uint64_t sum, std::uint64_t h) { return mixed(sum * 31 + h); });
 }

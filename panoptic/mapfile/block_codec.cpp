@@ -148,7 +148,7 @@ class PayloadReader {
   std::size_t next_;
 };
 
-HeldVoxels held_voxels(const VoxelBlock& b, Mask& mask) {
+HeldVoxels held_voxels(const BlockPlanes& b, Mask& mask) {
   HeldVoxels held;
   held.reserve(kBlockVoxels);
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
@@ -198,7 +198,7 @@ void put_floats(const std::array<float, kBlockVoxels>& plane, const HeldVoxels& 
 }
 
 // Red and blue mostly differ from what is predicted as green does.
-void put_colors(const VoxelBlock& block, const HeldVoxels& held, const Predictor& predictor, PayloadWriter& out) {
+void put_colors(const BlockPlanes& block, const HeldVoxels& held, const Predictor& predictor, PayloadWriter& out) {
   std::vector<int> green_error(held.size(), 0);
   for (const auto* plane : {&block.green, &block.red, &block.blue}) {
     out.begin<std::uint16_t>();
@@ -221,7 +221,7 @@ void put_others(const std::vector<std::uint32_t>& others, std::size_t held, Payl
   out.resize(held);
 }
 
-void put_votes(const VoxelBlock& block, const HeldVoxels& held, const Predictor& predictor, PayloadWriter& out) {
+void put_votes(const BlockPlanes& block, const HeldVoxels& held, const Predictor& predictor, PayloadWriter& out) {
   std::vector<std::uint32_t> others;
   out.begin<std::uint8_t>();
   float before = 0;
@@ -237,7 +237,7 @@ void put_votes(const VoxelBlock& block, const HeldVoxels& held, const Predictor&
   put_others(others, held.size(), out);
 }
 
-void put_labels(const VoxelBlock& block, const HeldVoxels& held, PayloadWriter& out) {
+void put_labels(const BlockPlanes& block, const HeldVoxels& held, PayloadWriter& out) {
   out.begin<std::uint16_t>();
   for (std::size_t i = 0; i < held.size(); ++i) out.put(i, block.label[held[i]]);
   std::vector<std::uint32_t> others;
@@ -262,7 +262,7 @@ bool take_floats(std::array<float, kBlockVoxels>& plane, const HeldVoxels& held,
   return true;
 }
 
-bool take_colors(VoxelBlock& block, const HeldVoxels& held, const Predictor& predictor, PayloadReader& in) {
+bool take_colors(BlockPlanes& block, const HeldVoxels& held, const Predictor& predictor, PayloadReader& in) {
   std::vector<int> green_error(held.size(), 0);
   for (auto* plane : {&block.green, &block.red, &block.blue}) {
     if (!in.begin<std::uint16_t>()) return false;
@@ -292,7 +292,7 @@ bool begin_others(const std::vector<std::uint8_t>& codes, PayloadReader& in) {
   return in.begin<std::uint32_t>();
 }
 
-bool take_votes(VoxelBlock& block, const HeldVoxels& held, const Predictor& predictor, PayloadReader& in) {
+bool take_votes(BlockPlanes& block, const HeldVoxels& held, const Predictor& predictor, PayloadReader& in) {
   const std::vector<std::uint8_t> codes = take_codes(held.size(), kOther, in);
   if (codes.empty() || !begin_others(codes, in)) return false;
   std::size_t other = 0;
@@ -311,7 +311,7 @@ bool take_votes(VoxelBlock& block, const HeldVoxels& held, const Predictor& pred
   return true;
 }
 
-bool take_labels(VoxelBlock& block, const HeldVoxels& held, std::uint8_t last_code, PayloadReader& in) {
+bool take_labels(BlockPlanes& block, const HeldVoxels& held, std::uint8_t last_code, PayloadReader& in) {
   if (!in.begin<std::uint16_t>()) return false;
   for (std::size_t i = 0; i < held.size(); ++i) block.label[held[i]] = in.take<std::uint16_t>(i);
   const std::vector<std::uint8_t> codes = take_codes(held.size(), last_code, in);
@@ -329,7 +329,7 @@ bool are_weights(const std::array<float, kBlockVoxels>& plane) {
   return std::all_of(plane.begin(), plane.end(), [](float w) { return std::isfinite(w) && w >= 0; });
 }
 
-bool are_within_votes(const VoxelBlock& block) {
+bool are_within_votes(const BlockPlanes& block) {
   constexpr float kRounding = 1.0001F;
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     if (block.label_weight[v] > block.vote_sum[v] * kRounding) return false;
@@ -339,7 +339,7 @@ bool are_within_votes(const VoxelBlock& block) {
 
 // Format 1 took the weight of the distance for the sum of the votes. A label that weighs more (the vote of an object counted
 // fourfold) was taken to be sure, which it stays; where there is no label and no weight of one, nobody had voted.
-void votes_of_format_1(VoxelBlock& block) {
+void votes_of_format_1(BlockPlanes& block) {
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const bool voted = block.label[v] != 0 || block.label_weight[v] > 0;
     block.vote_sum[v] = voted ? std::max(block.weight[v], block.label_weight[v]) : 0.0F;
@@ -348,7 +348,7 @@ void votes_of_format_1(VoxelBlock& block) {
 
 }  // namespace
 
-Bytes BlockEncoder::encode(const VoxelBlock& block) {
+Bytes BlockEncoder::encode(const BlockPlanes& block) {
   Mask mask{};
   const HeldVoxels held = held_voxels(block, mask);
   const Predictor predictor(mask);
@@ -367,7 +367,7 @@ Bytes BlockEncoder::encode(const VoxelBlock& block) {
   return compressor_.compress(out.parts());
 }
 
-const char* BlockDecoder::decode(std::span<const std::uint8_t> bytes, VoxelBlock& block) {
+const char* BlockDecoder::decode(std::span<const std::uint8_t> bytes, BlockPlanes& block) {
   payload_.resize(kMostBytes);
   const std::size_t size = decompressor_.decompress(bytes, payload_);
   if (size == Decompressor::kDamaged) return "its voxels cannot be decompressed";

@@ -17,7 +17,7 @@ namespace panoptic {
 // Keeps working memory: use one per thread.
 class BlockEncoder {
  public:
-  Bytes encode(const VoxelBlock& block);
+  Bytes encode(const BlockPlanes& block);
 
  private:
   Compressor compressor_;
@@ -32,7 +32,7 @@ class BlockDecoder {
   // Decodes into a block that holds nothing. Returns nullptr, or what is wrong with the bytes; the block then holds anything.
   // Whatever the bytes are, it takes no more time and memory than an ordinary block. Distances and weights are finite, weights
   // not negative, and no label weighs more than all votes.
-  const char* decode(std::span<const std::uint8_t> bytes, VoxelBlock& block);
+  const char* decode(std::span<const std::uint8_t> bytes, BlockPlanes& block);
 
  private:
   std::int64_t format_;

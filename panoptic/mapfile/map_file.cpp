@@ -98,8 +98,12 @@ std::vector<Bytes> encode_blocks(const std::vector<BlockCopy>& blocks, bool in_p
   std::vector<Bytes> encoded(blocks.size());
   const auto encode_task = [&](std::size_t task) {
     BlockEncoder encoder;
+    const auto planes = std::make_unique_for_overwrite<BlockPlanes>();
     const std::size_t end = std::min(blocks.size(), (task + 1) * kBlocksPerTask);
-    for (std::size_t i = task * kBlocksPerTask; i < end; ++i) encoded[i] = encoder.encode(*blocks[i].voxels);
+    for (std::size_t i = task * kBlocksPerTask; i < end; ++i) {
+      blocks[i].voxels->unpack(*planes);
+      encoded[i] = encoder.encode(*planes);
+    }
   };
   const std::size_t tasks = (blocks.size() + kBlocksPerTask - 1) / kBlocksPerTask;
   if (in_parallel) {

@@ -102,11 +102,14 @@ struct BlockRules {
   std::vector<bool> known_slots;  // by LabelSlot: what a voxel may hold
 };
 
-const char* decode_row(BlockDecoder& decoder, const BlockRow& row, VoxelBlock& block, const BlockRules& rules) {
-  if (const char* wrong = decoder.decode(row.bytes, block)) return wrong;
+const char* decode_row(BlockDecoder& decoder, const BlockRow& row, const BlockRules& rules, VoxelBlock& block) {
+  const auto planes = std::make_unique<BlockPlanes>();
+  if (const char* wrong = decoder.decode(row.bytes, *planes)) return wrong;
   const bool known =
-      std::all_of(block.label.begin(), block.label.end(), [&](std::uint16_t label) { return rules.known_slots[label]; });
-  return known ? nullptr : "a voxel has the slot of an object that is not there";
+      std::all_of(planes->label.begin(), planes->label.end(), [&](std::uint16_t label) { return rules.known_slots[label]; });
+  if (!known) return "a voxel has the slot of an object that is not there";
+  block.pack(*planes);
+  return nullptr;
 }
 
 void decode_rows(const Database& database, std::vector<BlockRow>& rows, VoxelMap& map, const BlockRules& rules) {
@@ -114,7 +117,7 @@ void decode_rows(const Database& database, std::vector<BlockRow>& rows, VoxelMap
     BlockDecoder decoder(rules.format);
     const std::size_t end = std::min(rows.size(), (task + 1) * kBlocksPerTask);
     for (std::size_t i = task * kBlocksPerTask; i < end; ++i) {
-      rows[i].wrong = decode_row(decoder, rows[i], map.block(rows[i].slot), rules);
+      rows[i].wrong = decode_row(decoder, rows[i], rules, map.block(rows[i].slot));
     }
   });
   for (const BlockRow& row : rows) {
@@ -127,7 +130,7 @@ void require_plausible_count(Database& database) {
   const auto blocks = static_cast<std::uint64_t>(database.integer("SELECT count(*) FROM blocks"));
   const auto file_bytes =
       static_cast<std::uint64_t>(database.integer("SELECT page_count * page_size FROM pragma_page_count, pragma_page_size"));
-  if (blocks <= (kMostGrowth * file_bytes + kAlwaysAllowed) / sizeof(VoxelBlock)) return;
+  if (blocks <= (kMostGrowth * file_bytes + kAlwaysAllowed) / sizeof(BlockPlanes)) return;
   database.refuse(fmt::format("it claims {} blocks in {} bytes, more than any map; {}", blocks, file_bytes, kUseAnother));
 }
 

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstring>
 #include <iterator>
 #include <optional>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "panoptic/base/json.h"
 #include "panoptic/base/version.h"
 #include "panoptic/error.h"
+#include "panoptic/map/brick_pool.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/mapping/option_fields.h"
@@ -94,7 +94,8 @@ void require_same_run(const std::filesystem::path& path, const SavedMap& saved, 
 // A checkpoint that is being written.
 struct Checkpoints::Pending {
   MapUpdate update;
-  std::vector<std::unique_ptr<VoxelBlock>> blocks;
+  BrickPool pool;
+  std::vector<std::unique_ptr<VoxelBlock>> blocks;  // in that pool
 };
 
 std::string options_text(Options options) {
@@ -179,11 +180,11 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
   for (const Slot slot : map.changed_since(saved_epoch_)) {
     pending->update.blocks.push_back({slot, map.index_of(slot), map.changed_at(slot), nullptr});
   }
-  while (spare_.size() < pending->update.blocks.size()) spare_.push_back(std::make_unique_for_overwrite<VoxelBlock>());
-  pending->blocks = std::exchange(spare_, {});
+  pending->blocks.resize(pending->update.blocks.size());
   parallel_for(pending->update.blocks.size(), [&](std::size_t i) {
     BlockCopy& block = pending->update.blocks[i];
-    std::memcpy(pending->blocks[i].get(), &map.block(block.slot), sizeof(VoxelBlock));
+    pending->blocks[i] = std::make_unique<VoxelBlock>(pending->pool);
+    pending->blocks[i]->copy(map.block(block.slot));
     block.voxels = pending->blocks[i].get();
   });
   pending->update.objects = mapper.map().objects;
@@ -201,7 +202,6 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
 void Checkpoints::collect() {
   if (is_writing()) writing_.wait();
   const std::unique_ptr<Pending> done = std::move(pending_);
-  spare_ = std::move(done->blocks);
   since_last_ = Stopwatch();
   try {
     if (is_writing()) writing_.get();

@@ -89,7 +89,6 @@ class Checkpoints {
   std::vector<FrameRecord> resumed_frames_;
   std::vector<FrameRecord> frames_;  // not in the file yet
   std::uint64_t saved_epoch_ = 0;    // what changed since is not in the file
-  std::vector<std::unique_ptr<VoxelBlock>> spare_;
   std::unique_ptr<Pending> pending_;
   std::future<void> writing_;
   Stopwatch since_last_;

@@ -181,6 +181,16 @@ std::string trajectory_text(const std::vector<TimedPose>& trajectory) {
   return text;
 }
 
+void add_map(const VoxelMap& map, Json& report) {
+  const std::size_t observed = map.observed_voxels();
+  const auto bytes = static_cast<double>(map.memory_bytes());
+  report["block_count"] = map.block_count();
+  report["observed_voxels"] = observed;
+  report["map_memory_mb"] = bytes / 1e6;
+  report["memory_bytes_per_observed_voxel"] = observed > 0 ? Json(bytes / static_cast<double>(observed)) : Json(nullptr);
+  report["map_hash"] = fmt::format("{:016x}", map.hash());
+}
+
 }  // namespace
 
 Json objects_json(const Mapper& mapper, const Mesh& mesh) {
@@ -210,9 +220,7 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
   if (run.online) report["online"] = to_json(*run.online);
   report["stages"] = to_json(mapper.profile());
   report["peak_rss_mb"] = peak_rss_mb();
-  report["block_count"] = mapper.map().voxels.block_count();
-  report["map_memory_mb"] = static_cast<double>(mapper.map().voxels.memory_bytes()) / 1e6;
-  report["map_hash"] = fmt::format("{:016x}", mapper.map().voxels.hash());
+  add_map(mapper.map().voxels, report);
   report["mesh"] = {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
   report["up"] = to_json(mapper.up());
   report["objects_refused"] = mapper.map().objects.refused();

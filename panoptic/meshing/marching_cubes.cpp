@@ -23,11 +23,13 @@ class Neighbourhood {
     }
   }
 
-  // The block that holds corner (x, y, z), each 0..16; nullptr if it does not exist.
-  const VoxelBlock* block(int x, int y, int z) const {
-    return blocks_[static_cast<std::size_t>((x >> 4) | (y >> 4) << 1 | (z >> 4) << 2)];
+  // Number n is one block farther along x, y and z where bits 0, 1 and 2 are set; nullptr if it does not exist.
+  const VoxelBlock* block(int n) const { return blocks_[static_cast<std::size_t>(n)]; }
+  // The voxel of a corner, each coordinate 0..16. REQUIRES that its block exists.
+  Voxel voxel(const std::array<int, 3>& corner) const {
+    return block(corner[0] >> 4 | (corner[1] >> 4) << 1 | (corner[2] >> 4) << 2)
+        ->at(voxel_offset(corner[0] & 15, corner[1] & 15, corner[2] & 15));
   }
-  static std::size_t offset(int x, int y, int z) { return static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15)); }
 
  private:
   std::array<const VoxelBlock*, 8> blocks_{};
@@ -39,21 +41,31 @@ struct CornerBits {
   std::array<std::uint32_t, kSide * kSide> inside{};
 };
 
+// Adds the voxels of a brick of neighbour n, as far as corners lie there.
+void add_corners(const Brick& brick, int number, int n, float min_weight, CornerBits& bits) {
+  const float* weight = brick.plane(FloatPlane::kWeight);
+  const float* distance = brick.plane(FloatPlane::kDistance);
+  int i = 0;
+  for (std::uint64_t rest = brick.stored(); rest != 0; rest &= rest - 1, ++i) {
+    const int offset = offset_in_block(number, std::countr_zero(rest));
+    const int x = offset % kBlockSide + (n & 1) * kBlockSide;
+    const int y = offset / kBlockSide % kBlockSide + (n >> 1 & 1) * kBlockSide;
+    const int z = offset / (kBlockSide * kBlockSide) + (n >> 2) * kBlockSide;
+    if (x >= kSide || y >= kSide || z >= kSide) continue;
+    const auto row = static_cast<std::size_t>(y + kSide * z);
+    bits.observed[row] |= static_cast<std::uint32_t>(weight[i] > min_weight) << x;
+    bits.inside[row] |= static_cast<std::uint32_t>(distance[i] < 0) << x;
+  }
+}
+
 CornerBits corner_bits(const Neighbourhood& blocks, float min_weight) {
   CornerBits bits;
-  for (int z = 0; z < kSide; ++z) {
-    for (int y = 0; y < kSide; ++y) {
-      std::uint32_t observed = 0;
-      std::uint32_t inside = 0;
-      for (int x = 0; x < kSide; ++x) {
-        const VoxelBlock* block = blocks.block(x, y, z);
-        if (block == nullptr) continue;
-        const std::size_t voxel = Neighbourhood::offset(x, y, z);
-        observed |= static_cast<std::uint32_t>(block->weight[voxel] > min_weight) << x;
-        inside |= static_cast<std::uint32_t>(block->distance[voxel] < 0) << x;
-      }
-      bits.observed[static_cast<std::size_t>(y + kSide * z)] = observed;
-      bits.inside[static_cast<std::size_t>(y + kSide * z)] = inside;
+  for (int n = 0; n < 8; ++n) {
+    const VoxelBlock* block = blocks.block(n);
+    if (block == nullptr) continue;
+    const int first_only = spread(3 * (n & 1) | 12 * (n >> 1 & 1) | 48 * (n >> 2));  // on the axes of the step
+    for (int number = 0; number < kBlockBricks; ++number) {
+      if ((spread(number) & first_only) == 0) add_corners(block->brick(number), number, n, min_weight, bits);
     }
   }
   return bits;
@@ -102,30 +114,23 @@ class ChunkBuilder {
   void add_vertex(const std::array<int, 3>& lower, std::uint8_t axis) {
     std::array<int, 3> upper = lower;
     upper[axis] += 1;
-    const VoxelBlock& a = *blocks_.block(lower[0], lower[1], lower[2]);
-    const VoxelBlock& b = *blocks_.block(upper[0], upper[1], upper[2]);
-    const std::size_t i = Neighbourhood::offset(lower[0], lower[1], lower[2]);
-    const std::size_t j = Neighbourhood::offset(upper[0], upper[1], upper[2]);
-    const float along = a.distance[i] / (a.distance[i] - b.distance[j]);
+    const Voxel a = blocks_.voxel(lower);
+    const Voxel b = blocks_.voxel(upper);
+    const float along = a.distance / (a.distance - b.distance);
     Vec3d place = origin_ + Vec3d(lower[0], lower[1], lower[2]) + Vec3d::Constant(0.5);
     place[axis] += double{along};
     ChunkVertex v{};
     v.position = (place * double{voxel_size_m_}).cast<float>();
     v.area_normal = Vec3f::Zero();
-    v.color = {mixed_channel(a.red[i], b.red[j], along), mixed_channel(a.green[i], b.green[j], along),
-               mixed_channel(a.blue[i], b.blue[j], along)};
-    const bool lower_is_nearer = along < 0.5F;
-    v.panoptic_id = objects_.id_of(static_cast<LabelSlot>(lower_is_nearer ? a.label[i] : b.label[j]));
-    v.confidence = lower_is_nearer ? confidence(a, i) : confidence(b, j);
+    v.color = {mixed_channel(a.red, b.red, along), mixed_channel(a.green, b.green, along), mixed_channel(a.blue, b.blue, along)};
+    const Voxel& nearer = along < 0.5F ? a : b;
+    v.panoptic_id = objects_.id_of(static_cast<LabelSlot>(nearer.label));
+    v.confidence = static_cast<std::uint8_t>(std::lround(label_share(nearer.label_weight, nearer.vote_sum) * 255.0F));
     v.corner_x = static_cast<std::uint8_t>(lower[0]);
     v.corner_y = static_cast<std::uint8_t>(lower[1]);
     v.corner_z = static_cast<std::uint8_t>(lower[2]);
     v.axis = axis;
     chunk_.vertices.push_back(v);
-  }
-
-  static std::uint8_t confidence(const VoxelBlock& block, std::size_t voxel) {
-    return static_cast<std::uint8_t>(std::lround(label_share(block.label_weight[voxel], block.vote_sum[voxel]) * 255.0F));
   }
 
   // 8.8 fixed point; 0 = that voxel has no colour yet, so the other one decides.

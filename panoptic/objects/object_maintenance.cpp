@@ -40,7 +40,7 @@ double length_m(const SurfaceVoxels& surface, const std::vector<std::uint32_t>& 
 }
 
 // Did a frame ever say what this voxel is, be it "unknown"?
-bool was_voted_on(const VoxelBlock& block, std::size_t voxel) { return block.vote_sum[voxel] > 0; }
+bool was_voted_on(const VoxelBlock& block, int offset) { return block.vote_sum(offset) > 0; }
 
 LabelSlot most_frequent(const std::map<LabelSlot, std::size_t>& counts) {
   return std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;

@@ -62,23 +62,12 @@ void Renaming::apply(VoxelMap& map, FrameVotes& votes, SurfaceVoxels& surface) c
     add_to(before, static_cast<std::uint16_t>(label));
     add_to(after, new_label_[label]);
   }
-  const std::uint16_t* table = new_label_.data();
   std::vector<char> changed(map.block_count(), 0);
   parallel_for(changed.size(), [&](std::size_t i) {
     const auto slot = static_cast<Slot>(i);
     // Most blocks hold none of them; to know it saves reading their labels.
     if ((surface.label_bits(slot) & before).none()) return;
-    int stays = -1;  // the label of the last voxel that keeps its own: labels come in long runs
-    for (std::uint16_t& label : map.block(slot).label) {
-      if (label == stays) continue;
-      const std::uint16_t renamed = table[label];
-      if (renamed == label) {
-        stays = label;
-        continue;
-      }
-      label = renamed;
-      changed[slot] = 1;
-    }
+    changed[slot] = map.block(slot).rename_labels(new_label_) ? 1 : 0;
     const auto [first, end] = surface.range_of(slot);
     for (std::uint32_t v = first; v < end; ++v) surface.relabel(v, of(surface.label(v)));
     surface.add_label_bits(slot, after);

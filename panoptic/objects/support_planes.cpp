@@ -17,17 +17,17 @@ constexpr double kCell_m = 0.05;
 constexpr double kHighest_m = 0.6;
 
 // Before and after a voxel along an axis, within its block.
-std::pair<std::size_t, std::size_t> around(std::uint16_t voxel, int axis) {
-  constexpr std::array<unsigned, 3> kSteps = {1, kBlockSide, kBlockSide * kBlockSide};
-  const unsigned step = kSteps[static_cast<std::size_t>(axis)];
-  const unsigned c = voxel & (step * (kBlockSide - 1));  // the coordinate, times the step; a division here is half of the time
+std::pair<int, int> around(int voxel, int axis) {
+  constexpr std::array<int, 3> kSteps = {1, kBlockSide, kBlockSide * kBlockSide};
+  const int step = kSteps[static_cast<std::size_t>(axis)];
+  const int c = voxel & (step * (kBlockSide - 1));  // the coordinate, times the step; a division here is half of the time
   return {c == 0 ? voxel : voxel - step, c == step * (kBlockSide - 1) ? voxel : voxel + step};
 }
 
 bool neighbours_observed(const VoxelBlock& block, std::uint16_t voxel) {
   for (int a = 0; a < 3; ++a) {
     const auto [before, after] = around(voxel, a);
-    if (block.weight[before] <= 0 || block.weight[after] <= 0) return false;
+    if (block.weight(before) <= 0 || block.weight(after) <= 0) return false;
   }
   return true;
 }
@@ -38,7 +38,7 @@ Vec3d unchecked_normal(const VoxelBlock& block, std::uint16_t voxel) {
   for (int a = 0; a < 3; ++a) {
     const auto [before, after] = around(voxel, a);
     const bool at_edge = before == voxel || after == voxel;
-    n[a] = (double{block.distance[after]} - block.distance[before]) * (at_edge ? 1.0 : 0.5);
+    n[a] = (double{block.distance(after)} - block.distance(before)) * (at_edge ? 1.0 : 0.5);
   }
   const double length = n.norm();
   return length > 0 ? Vec3d(n / length) : n;
@@ -136,7 +136,7 @@ std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surf
     if (normal_of(map, surface[i]).dot(up) < kNearlyUp) continue;
     level.push_back(place_m(surface[i], voxel_m));
     // The voxel's distance leads from its centre to the surface.
-    level.back() -= up * double{map.block(surface[i].slot).distance[surface[i].voxel]};
+    level.back() -= up * double{map.block(surface[i].slot).distance(surface[i].voxel)};
     ++bins[static_cast<int>(std::floor(level.back().dot(up) / kBin_m))];
   }
   if (level.size() < kFewestOfTop) return std::nullopt;

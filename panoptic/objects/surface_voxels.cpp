@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/objects/surface_voxels.h"
 
-#include <cmath>
-#include <cstring>
 #include <memory>
 #include <numeric>
 
@@ -12,34 +10,17 @@
 namespace panoptic {
 namespace {
 
-BlockBits surface_of(const VoxelBlock& block, float band_m) {
-  std::array<std::uint8_t, kBlockVoxels> is_surface{};  // a loop that compilers vectorise; few rows have any
-  for (std::size_t v = 0; v < is_surface.size(); ++v) {
-    is_surface[v] = static_cast<std::uint8_t>((block.weight[v] > 0 ? 1 : 0) & (std::abs(block.distance[v]) <= band_m ? 1 : 0));
-  }
-  BlockBits bits{};
-  for (std::size_t row = 0; row < bits.size(); ++row) {
-    const std::uint8_t* voxels = is_surface.data() + row * kBlockSide;
-    std::array<std::uint64_t, 2> all{};
-    std::memcpy(all.data(), voxels, sizeof all);
-    if ((all[0] | all[1]) == 0) continue;
-    unsigned set = 0;
-    for (int x = 0; x < kBlockSide; ++x) set |= unsigned{voxels[x]} << x;
-    bits[row] = static_cast<std::uint16_t>(set);
-  }
-  return bits;
-}
-
 LabelBits labels_in(const VoxelBlock& block) {
-  constexpr std::size_t kAtOnce = 4;
   LabelBits bits;
-  std::uint64_t last = 0;
-  for (std::size_t v = 0; v < kBlockVoxels; v += kAtOnce) {
-    std::uint64_t four = 0;
-    std::memcpy(&four, block.label.data() + v, sizeof four);
-    if (v > 0 && four == last) continue;  // labels come in long runs
-    last = four;
-    for (std::size_t n = 0; n < kAtOnce; ++n) add_to(bits, block.label[v + n]);
+  std::uint16_t last = number(LabelSlot::kUnknown);  // of the voxels that are not stored
+  add_to(bits, last);
+  for (int n = 0; n < kBlockBricks; ++n) {
+    const Brick& brick = block.brick(n);
+    const std::uint16_t* labels = brick.plane(WordPlane::kLabel);
+    for (int i = 0; i < brick.count(); ++i) {
+      if (labels[i] != last) add_to(bits, labels[i]);  // labels come in long runs
+      last = labels[i];
+    }
   }
   return bits;
 }
@@ -79,7 +60,7 @@ void SurfaceVoxels::update(const VoxelMap& map) {
     if (map.changed_at(static_cast<Slot>(slot)) <= seen_epoch_) return;
     is_known[slot] = 0;
     Block& block = blocks_[slot];
-    block.surface = surface_of(map.block(static_cast<Slot>(slot)), band_m);
+    block.surface = surface_bits(map.block(static_cast<Slot>(slot)), band_m);
     block.label_bits = labels_in(map.block(static_cast<Slot>(slot)));
     block.count = 0;
     for (std::size_t row = 0; row < block.surface.size(); ++row) {
@@ -106,11 +87,11 @@ void SurfaceVoxels::collect(const VoxelMap& map, const std::vector<char>& is_kno
       return;
     }
     if (blocks_[slot].count == 0) return;
-    const auto& labels = map.block(slot).label;
+    const VoxelBlock& block = map.block(slot);
     for (std::size_t row = 0; row < kBlockRows; ++row) {
       visit_bits(blocks_[slot].surface[row], [&](int x) {
         const std::size_t voxel = row * kBlockSide + static_cast<std::size_t>(x);
-        *next++ = {slot, static_cast<std::uint16_t>(voxel), static_cast<LabelSlot>(labels[voxel])};
+        *next++ = {slot, static_cast<std::uint16_t>(voxel), static_cast<LabelSlot>(block.label(static_cast<int>(voxel)))};
       });
     }
   });
@@ -191,7 +172,7 @@ std::size_t SurfaceVoxels::write_labels(VoxelMap& map, FrameVotes& votes) const 
     for (std::uint32_t i = first_of_slot_[slot]; i < first_of_slot_[slot + 1]; ++i) {
       VoxelBlock& block = map.block(slot);
       const auto [of_slot, voxel, label] = voxels_[i];
-      if (block.label[voxel] == number(label)) continue;
+      if (block.label(voxel) == number(label)) continue;
       votes.decide(of_slot, voxel, number(label), block);
       map.mark_changed(slot);
       ++written;

@@ -33,10 +33,6 @@ struct SurfaceVoxel {
 // Indices of surface voxels, ascending.
 using VoxelsByLabel = std::map<LabelSlot, std::vector<std::uint32_t>>;
 
-// Voxels of one block, a bit each (the lowest is x = 0), by row along x: row y + 16 z.
-inline constexpr int kBlockRows = kBlockSide * kBlockSide;
-using BlockBits = std::array<std::uint16_t, kBlockRows>;
-
 // The slots of a block and of those around it, x fastest, the block itself in the middle; VoxelMap::kNoSlot where there is none.
 using NeighbourSlots = std::array<Slot, kNeighbours>;
 

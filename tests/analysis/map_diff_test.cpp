@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "panoptic/analysis/seen_space.h"
+#include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 #include "tests/fusion/scenes.h"
@@ -123,7 +124,8 @@ TEST(MapDiff, WhatOnlyLostItsLabelIsNotGone) {
   const MapQuery query(b.saved.map);
   const LabelSlot small = query.nearest(kSmall.center, 1).at(0).object.slot;
   for (Slot slot = 0; slot < b.saved.map.voxels.block_count(); ++slot) {
-    for (std::uint16_t& label : b.saved.map.voxels.block(slot).label) label = label == number(small) ? std::uint16_t{2} : label;
+    test::BlockEdit edit(b.saved.map.voxels.block(slot));
+    for (std::uint16_t& label : edit->label) label = label == number(small) ? std::uint16_t{2} : label;
   }
   const MapDiff d = diff(a, b);
   ASSERT_THAT(kinds(d), testing::ElementsAre("other_label"));

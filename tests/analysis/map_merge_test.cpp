@@ -13,6 +13,7 @@
 #include "panoptic/map/label_extents.h"
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 #include "tests/fusion/small_maps.h"
@@ -65,7 +66,8 @@ MapWithFrames world(const std::vector<Thing>& things, const Vec3d& low = Vec3d::
   }
   add_solids(made.saved.map.voxels, solids, low, high);
   for (Slot slot = 0; slot < made.saved.map.voxels.block_count(); ++slot) {
-    VoxelBlock& block = made.saved.map.voxels.block(slot);
+    test::BlockEdit block_edit(made.saved.map.voxels.block(slot));
+    BlockPlanes& block = *block_edit;
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       if (block.distance[v] < made.saved.map.voxels.truncation_m()) continue;  // integration leaves air alone
       block.distance[v] = block.weight[v] = block.label_weight[v] = block.vote_sum[v] = 0;
@@ -81,7 +83,7 @@ const Thing kLeft{{-0.5, -0.1, 0}, {-0.2, 0.2, 0.3}, kChair};
 const Thing kRight{{0.2, -0.1, 0}, {0.5, 0.2, 0.3}, kChair};
 const Thing kMiddle{{-0.1, -0.1, 0}, {0.1, 0.1, 0.4}, kTable};
 
-void fill(VoxelBlock& block, std::mt19937& random) {
+void fill(BlockPlanes& block, std::mt19937& random) {
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     if (random() % 3 == 0) continue;
     block.distance[v] = static_cast<float>(random() % 200) * 1e-3F - 0.1F;
@@ -97,7 +99,7 @@ void fill(VoxelBlock& block, std::mt19937& random) {
 
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
-struct Voxel {
+struct PlainVoxel {
   double distance = 0;
   double weight = 0;
   double red = 0;
@@ -106,13 +108,13 @@ struct Voxel {
   double votes = 0;
 };
 
-Voxel voxel_of(const VoxelBlock& b, std::size_t v) {
+PlainVoxel voxel_of(const BlockPlanes& b, std::size_t v) {
   return {b.distance[v], b.weight[v], static_cast<double>(b.red[v]), b.label[v], b.label_weight[v], b.vote_sum[v]};
 }
 
 // The rules of the header, word by word.
-Voxel naive(const Voxel& a, const Voxel& b) {
-  Voxel m = a;
+PlainVoxel naive(const PlainVoxel& a, const PlainVoxel& b) {
+  PlainVoxel m = a;
   m.weight = a.weight + b.weight;
   if (m.weight > 0) m.distance = (a.weight * a.distance + b.weight * b.distance) / m.weight;
   if (b.weight > 0) {
@@ -131,16 +133,16 @@ TEST(MapMerge, FusesVoxelsByTheirWeights) {
   std::vector<std::uint16_t> same(kLabelSlots);
   std::iota(same.begin(), same.end(), std::uint16_t{0});
   for (int round = 0; round < 5; ++round) {
-    VoxelBlock a;
-    VoxelBlock b;
+    BlockPlanes a;
+    BlockPlanes b;
     fill(a, random);
     fill(b, random);
-    VoxelBlock both = a;
-    VoxelBlock other_way = b;
+    BlockPlanes both = a;
+    BlockPlanes other_way = b;
     merge_block(b, same, kNoLimit, both);
     merge_block(a, same, kNoLimit, other_way);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      const Voxel expected = naive(voxel_of(a, v), voxel_of(b, v));
+      const PlainVoxel expected = naive(voxel_of(a, v), voxel_of(b, v));
       ASSERT_EQ(both.distance[v], static_cast<float>(expected.distance));
       ASSERT_EQ(both.weight[v], static_cast<float>(expected.weight));
       ASSERT_EQ(both.red[v], expected.red);
@@ -163,13 +165,13 @@ TEST(MapMerge, SumsStopAtTheLimitAndVotesKeepWhatTheySay) {
   std::mt19937 random(6);
   std::vector<std::uint16_t> same(kLabelSlots);
   std::iota(same.begin(), same.end(), std::uint16_t{0});
-  VoxelBlock a;
-  VoxelBlock b;
+  BlockPlanes a;
+  BlockPlanes b;
   fill(a, random);
   fill(b, random);
-  VoxelBlock both = a;
+  BlockPlanes both = a;
   merge_block(b, same, kLimit, both);
-  VoxelBlock unlimited = a;
+  BlockPlanes unlimited = a;
   merge_block(b, same, kNoLimit, unlimited);
   int limited = 0;
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
@@ -210,10 +212,11 @@ TEST(MapMerge, WithItselfKeepsTheSurfaceAndTheObjectsAndAddsTheirEvidence) {
   const SavedMap& both = merge.merged.saved;
   ASSERT_EQ(both.map.voxels.block_count(), alone.saved.map.voxels.block_count());
   for (Slot slot = 0; slot < both.map.voxels.block_count(); ++slot) {
-    ASSERT_EQ(both.map.voxels.block(slot).distance, alone.saved.map.voxels.block(slot).distance);
-    ASSERT_EQ(both.map.voxels.block(slot).label, alone.saved.map.voxels.block(slot).label);
+    ASSERT_EQ(test::planes_of(both.map.voxels.block(slot)).distance,
+              test::planes_of(alone.saved.map.voxels.block(slot)).distance);
+    ASSERT_EQ(test::planes_of(both.map.voxels.block(slot)).label, test::planes_of(alone.saved.map.voxels.block(slot)).label);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      ASSERT_EQ(both.map.voxels.block(slot).weight[v], 2 * alone.saved.map.voxels.block(slot).weight[v]);
+      ASSERT_EQ(both.map.voxels.block(slot).weight(v), 2 * alone.saved.map.voxels.block(slot).weight(v));
     }
   }
   EXPECT_EQ(both.map.objects.count(), 3U);

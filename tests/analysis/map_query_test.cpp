@@ -12,6 +12,7 @@
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
+#include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/places.h"
 
@@ -47,7 +48,7 @@ TEST(MapFormat, OneHasNoSumOfVotesSoThatTheWeightIsTakenAndSaysSo) {
   EXPECT_EQ(saved.options.max_weight, 0) << "there was no limit";
   std::size_t voted = 0;
   for (Slot slot = 0; slot < saved.map.voxels.block_count(); ++slot) {
-    const VoxelBlock& block = saved.map.voxels.block(slot);
+    const BlockPlanes block = test::planes_of(saved.map.voxels.block(slot));
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       const bool any = block.label[v] != 0 || block.label_weight[v] > 0;
       ASSERT_EQ(block.vote_sum[v], any ? std::max(block.weight[v], block.label_weight[v]) : 0.0F);
@@ -110,7 +111,7 @@ double naive_distance(const SavedMap& saved, LabelSlot slot_of_object, const Vec
   double nearest = std::numeric_limits<double>::infinity();
   const double size = saved.map.voxels.voxel_size_m();
   for (Slot slot = 0; slot < saved.map.voxels.block_count(); ++slot) {
-    const VoxelBlock& block = saved.map.voxels.block(slot);
+    const BlockPlanes block = test::planes_of(saved.map.voxels.block(slot));
     const BlockIndex b = saved.map.voxels.index_of(slot);
     for (int z = 0; z < 16; ++z) {
       for (int y = 0; y < 16; ++y) {
@@ -151,11 +152,11 @@ TEST_F(Query, SaysWhatIsAtEveryVoxel) {
       const auto i = static_cast<std::size_t>(v);
       const Vec3d voxel(16 * b.x + v % 16, 16 * b.y + v / 16 % 16, 16 * b.z + v / 256);
       const auto answer = query_.at((voxel + Vec3d(0.1, 0.5, 0.9)) * size);
-      ASSERT_EQ(answer.has_value(), saved_.map.voxels.block(slot).weight[i] > 0);
+      ASSERT_EQ(answer.has_value(), saved_.map.voxels.block(slot).weight(i) > 0);
       if (!answer) continue;
       ++observed;
-      ASSERT_EQ(answer->distance_m, saved_.map.voxels.block(slot).distance[i]);
-      ASSERT_EQ(number(answer->id), saved_.map.voxels.block(slot).label[i]);
+      ASSERT_EQ(answer->distance_m, saved_.map.voxels.block(slot).distance(i));
+      ASSERT_EQ(number(answer->id), saved_.map.voxels.block(slot).label(i));
       ASSERT_TRUE(answer->label_share >= 0 && answer->label_share <= 1);
     }
   }

@@ -8,6 +8,7 @@
 
 #include "panoptic/parallel.h"
 #include "panoptic/profile.h"
+#include "tests/block_planes.h"
 #include "tests/crf/crf_graphs.h"
 #include "tests/objects/floor_map.h"
 
@@ -16,11 +17,11 @@ namespace {
 
 using test::floor_map;
 using test::labels_of;
+using test::PaintedVoxel;
 using test::share;
-using test::Voxel;
 
 // Two halves of a label and a colour each; a tenth of the voxels says something else, unsurely.
-Voxel noisy_halves(int x, int /*y*/, std::mt19937& random) {
+PaintedVoxel noisy_halves(int x, int /*y*/, std::mt19937& random) {
   const bool left = x < 40;
   const bool noisy = share(random) < 0.1F;
   const auto other = static_cast<std::uint16_t>(3 + random() % 5);
@@ -31,7 +32,7 @@ Voxel noisy_halves(int x, int /*y*/, std::mt19937& random) {
 int wrong(const VoxelMap& map, float band_voxels) {
   int count = 0;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    const VoxelBlock& b = map.block(slot);
+    const BlockPlanes b = test::planes_of(map.block(slot));
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       if (b.weight[v] <= 0 || std::abs(b.distance[v]) > band_voxels * map.voxel_size_m()) continue;
       const int x = 16 * map.index_of(slot).x + static_cast<int>(v % 16);
@@ -44,7 +45,7 @@ int wrong(const VoxelMap& map, float band_voxels) {
 double label_weight_sum(const VoxelMap& map) {
   double sum = 0;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    for (const float w : map.block(slot).label_weight) sum += double{w};
+    for (const float w : test::planes_of(map.block(slot)).label_weight) sum += double{w};
   }
   return sum;
 }
@@ -92,7 +93,7 @@ TEST(Regularizer, NoLabelWeightEverGrowsHoweverOftenItRuns) {
 TEST(Regularizer, RunningAgainWithoutANewVoteChangesNothing) {
   for (const RegularizerOptions& options : {RegularizerOptions{}, paper()}) {
     VoxelMap map = floor_map(64, [](int x, int y, std::mt19937& random) {
-      Voxel v = noisy_halves(x, y, random);
+      PaintedVoxel v = noisy_halves(x, y, random);
       const bool small = x % 9 < 4 && y % 9 < 4;  // unlike what lies around
       if (small || v.label > 2) v.label = x < 40 ? 2 : 1;
       v.label_weight = 9 * share(random);
@@ -112,35 +113,37 @@ TEST(Regularizer, RunningAgainWithoutANewVoteChangesNothing) {
 
 TEST(Regularizer, AVoxelGetsItsVoteBackWhenItsSurroundingsTakeItsSide) {
   VoxelMap map = floor_map(48, [](int x, int y, std::mt19937&) {
-    return x == 24 && y == 24 ? Voxel{7, 4, 60} : Voxel{1, 8, 60};
+    return x == 24 && y == 24 ? PaintedVoxel{7, 4, 60} : PaintedVoxel{1, 8, 60};
   });
   Regularizer regularizer(RegularizerOptions{}, map);
   regularizer.run(map);
   const Slot slot = map.find_slot({1, 1, 0});
   const auto voxel = static_cast<std::size_t>(voxel_offset(8, 8, 0));
-  ASSERT_EQ(map.block(slot).label[voxel], 1);
+  ASSERT_EQ(map.block(slot).label(voxel), 1);
   map.begin_epoch();  // frames see something large there, but not the voxel itself
   for (Slot s = 0; s < map.block_count(); ++s) {
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      if (s != slot || v != voxel) map.block(s).label[v] = 7;
+      if (s != slot || v != voxel) map.block(s).set_label(static_cast<int>(v), 7);
     }
     map.mark_changed(s);
   }
   regularizer.run(map);
-  EXPECT_EQ(map.block(slot).label[voxel], 7);
-  EXPECT_EQ(map.block(slot).label_weight[voxel], 4) << "as the frames left it";
+  EXPECT_EQ(map.block(slot).label(voxel), 7);
+  EXPECT_EQ(map.block(slot).label_weight(voxel), 4) << "as the frames left it";
 }
 
 TEST(Regularizer, AnObjectOfItsOwnColourOutlivesManyRuns) {
   const auto book = [](int x, int y) { return x >= 20 && x < 28 && y >= 20 && y < 26; };
-  VoxelMap map = floor_map(64, [&](int x, int y, std::mt19937&) { return book(x, y) ? Voxel{9, 7, 200} : Voxel{1, 7, 60}; });
+  VoxelMap map = floor_map(64, [&](int x, int y, std::mt19937&) {
+    return book(x, y) ? PaintedVoxel{9, 7, 200} : PaintedVoxel{1, 7, 60};
+  });
   for (int i = 0; i < 10; ++i) Regularizer(RegularizerOptions{}, map).run(map);
   int kept = 0;
   for (int z = -1; z < 1; ++z) {
     for (int y = 20; y < 26; ++y) {
       for (int x = 20; x < 28; ++x) {
         const VoxelBlock* block = map.find({x >> 4, y >> 4, z >> 4});
-        kept += block->label[static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15))] == 9 ? 1 : 0;
+        kept += block->label(voxel_offset(x & 15, y & 15, z & 15)) == 9 ? 1 : 0;
       }
     }
   }
@@ -149,13 +152,13 @@ TEST(Regularizer, AnObjectOfItsOwnColourOutlivesManyRuns) {
 
 TEST(Regularizer, OneContraryFrameTurnsBackAVoxelThatWasFlippedWithoutKnowledge) {
   VoxelMap map = floor_map(48, [](int x, int y, std::mt19937&) {
-    return x == 24 && y == 24 ? Voxel{7, 0, 60} : Voxel{1, 8, 60};
+    return x == 24 && y == 24 ? PaintedVoxel{7, 0, 60} : PaintedVoxel{1, 8, 60};
   });
   Regularizer(RegularizerOptions{}, map).run(map);
   const VoxelBlock* block = map.find({1, 1, 0});
   const auto voxel = static_cast<std::size_t>(voxel_offset(8, 8, 0));
-  EXPECT_EQ(block->label[voxel], 1);
-  EXPECT_EQ(block->label_weight[voxel], 0) << "as unsure as before";
+  EXPECT_EQ(block->label(voxel), 1);
+  EXPECT_EQ(block->label_weight(voxel), 0) << "as unsure as before";
 }
 
 TEST(Regularizer, GivesTheSameMapAtAnyThreadCount) {
@@ -182,8 +185,10 @@ TEST(Regularizer, TheBordersOfTilesDoNotShow) {
     VoxelMap map = floor_map(100, noisy_halves);
     Regularizer(options, map).run(map);
     std::vector<std::uint16_t> labels;
-    for (Slot s = 0; s < map.block_count(); ++s)
-      labels.insert(labels.end(), map.block(s).label.begin(), map.block(s).label.end());
+    for (Slot s = 0; s < map.block_count(); ++s) {
+      const BlockPlanes planes = test::planes_of(map.block(s));
+      labels.insert(labels.end(), planes.label.begin(), planes.label.end());
+    }
     return labels;
   };
   const auto whole = labels_after(0);
@@ -226,11 +231,11 @@ TEST(Regularizer, AVoxelThatAFrameChangedMeanwhileIsNotWrittenAndItsBlockStaysDu
   ASSERT_GT(changes.changes.size(), 10U);
   const CoreVoxel changed = changes.changes[3].before;
   map.begin_epoch();  // a frame comes
-  map.block(changed.slot).weight[changed.voxel] += 1;
+  test::BlockEdit(map.block(changed.slot))->weight[changed.voxel] += 1;
   map.mark_changed(changed.slot);
   map.begin_epoch();
   EXPECT_EQ(regularizer.write_back(changes, map), changes.changes.size() - 1);
-  EXPECT_EQ(map.block(changed.slot).label[changed.voxel], changed.held.label);
+  EXPECT_EQ(map.block(changed.slot).label(changed.voxel), changed.held.label);
   const auto due = regularizer.choose(map);
   ASSERT_FALSE(due.empty());
 }
@@ -243,19 +248,20 @@ TEST(Regularizer, OddMapsAreLeftInOrder) {
   unobserved.allocate({0, 0, 0});
   EXPECT_EQ(Regularizer(paper(), unobserved).run(unobserved), 0U);
 
-  VoxelMap one_label = floor_map(32, [](int, int, std::mt19937&) { return Voxel{}; });
+  VoxelMap one_label = floor_map(32, [](int, int, std::mt19937&) { return PaintedVoxel{}; });
   const std::uint64_t hash = one_label.hash();
   EXPECT_EQ(Regularizer(paper(), one_label).run(one_label), 0U);
   EXPECT_EQ(one_label.hash(), hash);
 
   VoxelMap unsure = floor_map(32, [](int x, int y, std::mt19937&) {
-    return Voxel{static_cast<std::uint16_t>((x + y) % 3), 0, 0};
+    return PaintedVoxel{static_cast<std::uint16_t>((x + y) % 3), 0, 0};
   });
   Regularizer(paper(), unsure).run(unsure);
   EXPECT_EQ(label_weight_sum(unsure), 0);
 
   VoxelMap spoilt = floor_map(32, noisy_halves);
-  VoxelBlock& block = spoilt.block(0);
+  test::BlockEdit block_edit(spoilt.block(0));
+  BlockPlanes& block = *block_edit;
   block.distance[5] = std::nanf("");
   block.weight[6] = std::nanf("");
   block.label_weight[7] = 1e30F;
@@ -266,7 +272,7 @@ TEST(Regularizer, OddMapsAreLeftInOrder) {
 
 TEST(Regularizer, ThousandsOfLabelsInATileStayWithinMemory) {
   const auto paint = [](int x, int y, std::mt19937& random) {
-    return Voxel{static_cast<std::uint16_t>(1 + random() % 60000), 3, static_cast<float>((x + y) % 250)};
+    return PaintedVoxel{static_cast<std::uint16_t>(1 + random() % 60000), 3, static_cast<float>((x + y) % 250)};
   };
   VoxelMap map = floor_map(80, paint);
   [[maybe_unused]] const double before = peak_rss_mb();
@@ -285,7 +291,8 @@ TEST(Regularizer, ThousandsOfLabelsInATileStayWithinMemory) {
 TEST(Regularizer, AMapSpreadOverKilometresNeedsNoBoxAroundIt) {
   VoxelMap map({});
   for (const BlockIndex index : {BlockIndex{-1'000'000, 0, 0}, {0, 1'000'000, 0}, {0, 0, -1'000'000}, {1'000'000, 5, 5}}) {
-    VoxelBlock& block = map.block(map.allocate(index));
+    test::BlockEdit block_edit(map.block(map.allocate(index)));
+    BlockPlanes& block = *block_edit;
     for (std::size_t v = 0; v < 512; ++v) {
       block.weight[v] = block.vote_sum[v] = 1;
       block.label[v] = static_cast<std::uint16_t>(v % 7);

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/crf/regularizer.h"
-#include "panoptic/fusion/integrate_kernels.h"
+#include "tests/fusion/fuse_voxel.h"
 #include "tests/objects/floor_map.h"
 
 namespace panoptic {
@@ -14,14 +14,14 @@ namespace {
 using test::floor_map;
 using test::kWeight;
 using test::labels_of;
-using test::Voxel;
+using test::PaintedVoxel;
 
 // A square of 13 x 13 voxels on the floor, 4 deep; this much of the weight are votes, all for what the voxel holds but for
 // those that were against it.
 VoxelMap square_map(float votes, float against = 0) {
   return floor_map(48, [=](int x, int y, std::mt19937&) {
     const bool square = x >= 18 && x < 31 && y >= 18 && y < 31;
-    return Voxel{static_cast<std::uint16_t>(square ? 2 : 1), votes - (square ? 2 * against : 0), 100, votes};
+    return PaintedVoxel{static_cast<std::uint16_t>(square ? 2 : 1), votes - (square ? 2 * against : 0), 100, votes};
   });
 }
 
@@ -31,7 +31,7 @@ int voxels_of_square(const VoxelMap& map) {
     for (int y = 0; y < 48; ++y) {
       for (int x = 0; x < 48; ++x) {
         const VoxelBlock* block = map.find({x >> 4, y >> 4, z >> 4});
-        count += block->label[static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15))] == 2 ? 1 : 0;
+        count += block->label(voxel_offset(x & 15, y & 15, z & 15)) == 2 ? 1 : 0;
       }
     }
   }
@@ -52,11 +52,13 @@ TEST(Regularizer, WhatEveryVoteAgreedOnStaysHoweverFewFramesAreLabelled) {
 TEST(Regularizer, VotesThatCountFourfoldMakeNoLabelSurerThanTheyAre) {
   VoxelMap map({});
   VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
+  Voxel voxel;
   constexpr LabelVotes kVotes{4, 100};
   for (int i = 0; i < 10; ++i) {  // four in ten for an object
-    fuse_voxel(block, 0, {0, 1, 0, static_cast<LabelSlot>(i % 5 < 2 ? 100 : 3)}, kVotes, map.max_weight());
+    test::fuse_voxel(voxel, {0, 1, 0, static_cast<LabelSlot>(i % 5 < 2 ? 100 : 3)}, kVotes, map.max_weight());
   }
-  ASSERT_EQ(block.label[0], 100);
+  ASSERT_EQ(voxel.label, 100);
+  block.set(0, voxel);
   Regularizer regularizer(RegularizerOptions{}, map);
   const TileGraph tile = regularizer.gather(map, {0});
   ASSERT_EQ(tile.graph.size(), 1U);
@@ -65,7 +67,9 @@ TEST(Regularizer, VotesThatCountFourfoldMakeNoLabelSurerThanTheyAre) {
 
 // A strip of the floor that frames voted on, and the rest that they never did.
 VoxelMap half_voted(std::uint16_t rest) {
-  return floor_map(64, [=](int x, int, std::mt19937&) { return x < 32 ? Voxel{7, 6, 100, 6} : Voxel{rest, 0, 100, 0}; });
+  return floor_map(64, [=](int x, int, std::mt19937&) {
+    return x < 32 ? PaintedVoxel{7, 6, 100, 6} : PaintedVoxel{rest, 0, 100, 0};
+  });
 }
 
 TEST(Regularizer, VoxelsWithoutAVoteTakeALabelOnlyNearVotesAndWithoutWeight) {
@@ -77,12 +81,12 @@ TEST(Regularizer, VoxelsWithoutAVoteTakeALabelOnlyNearVotesAndWithoutWeight) {
     const VoxelBlock* block = map.find({x >> 4, 1, 0});
     const auto voxel = static_cast<std::size_t>(voxel_offset(x & 15, 8, 0));
     if (x < 32) {
-      ASSERT_EQ(block->label[voxel], 7);
+      ASSERT_EQ(block->label(voxel), 7);
       continue;
     }
-    near += block->label[voxel] == 7 ? 1 : 0;
-    ASSERT_EQ(block->label_weight[voxel], 0);
-    ASSERT_TRUE(x < 56 || block->label[voxel] == 0) << "far from all votes";
+    near += block->label(voxel) == 7 ? 1 : 0;
+    ASSERT_EQ(block->label_weight(voxel), 0);
+    ASSERT_TRUE(x < 56 || block->label(voxel) == 0) << "far from all votes";
   }
   EXPECT_GE(near, 1);
   EXPECT_LE(near, 20);
@@ -95,7 +99,7 @@ TEST(Regularizer, VoxelsWithoutAVoteTakeALabelOnlyNearVotesAndWithoutWeight) {
 
 TEST(Regularizer, WithoutAnyVoteNothingIsWritten) {
   VoxelMap map = floor_map(48, [](int x, int y, std::mt19937&) {
-    return Voxel{static_cast<std::uint16_t>((x / 7 + y / 5) % 4), 0, 100, 0};
+    return PaintedVoxel{static_cast<std::uint16_t>((x / 7 + y / 5) % 4), 0, 100, 0};
   });
   const std::uint64_t hash = map.hash();
   EXPECT_EQ(Regularizer(RegularizerOptions{}, map).run(map), 0U);

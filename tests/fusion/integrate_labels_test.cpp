@@ -9,6 +9,7 @@
 #include <map>
 
 #include "panoptic/fusion/integrator.h"
+#include "tests/block_planes.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -95,7 +96,7 @@ TEST_P(IntegrateLabels, OfEveryPixelSumUpToTheWeightOfTheDistanceBitForBit) {
   }
   std::size_t contested = 0;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    const VoxelBlock& block = map.block(slot);
+    const BlockPlanes block = test::planes_of(map.block(slot));
     ASSERT_EQ(block.vote_sum, block.weight);
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       ASSERT_LE(block.label_weight[v], block.vote_sum[v]);
@@ -115,8 +116,8 @@ TEST_P(IntegrateLabels, CountForTheSumWhateverTheyAreForAndNoWeightExceedsItsLim
   std::size_t reached = 0;
   ASSERT_EQ(unlimited.map.block_count(), limited.map.block_count());
   for (Slot slot = 0; slot < limited.map.block_count(); ++slot) {
-    const VoxelBlock& block = limited.map.block(slot);
-    const VoxelBlock& all = unlimited.map.block(slot);
+    const BlockPlanes block = test::planes_of(limited.map.block(slot));
+    const BlockPlanes all = test::planes_of(unlimited.map.block(slot));
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       ASSERT_EQ(block.weight[v], std::min(0.5F, all.weight[v]));
       ASSERT_EQ(block.vote_sum[v], std::min(0.5F, all.vote_sum[v]));
@@ -133,14 +134,14 @@ TEST_P(IntegrateLabels, TouchNeitherDistanceNorColourNorAnyWeightButTheirOwn) {
   Fusion fusion(GetParam());
   const Frame frame = orbit(1)[0];
   fusion.add_geometry(frame);
-  std::vector<VoxelBlock> before;
-  for (Slot slot = 0; slot < fusion.map.block_count(); ++slot) before.push_back(fusion.map.block(slot));
+  std::vector<BlockPlanes> before;
+  for (Slot slot = 0; slot < fusion.map.block_count(); ++slot) before.push_back(test::planes_of(fusion.map.block(slot)));
   const std::uint64_t epoch = fusion.map.epoch();
   fusion.add_labels(frame);
   bool any_label = false;
   ASSERT_EQ(fusion.map.block_count(), before.size());
   for (Slot slot = 0; slot < before.size(); ++slot) {
-    const VoxelBlock& now = fusion.map.block(slot);
+    const BlockPlanes now = test::planes_of(fusion.map.block(slot));
     EXPECT_EQ(now.distance, before[slot].distance);
     EXPECT_EQ(now.weight, before[slot].weight);
     EXPECT_EQ(now.red, before[slot].red);
@@ -218,7 +219,7 @@ TEST(LabelsOfAFrame, EqualTheNaiveReferenceVoxelByVoxel) {
   std::size_t labelled = 0;
   std::size_t different = 0;
   for (const auto& [slot, voxels] : naive) {
-    const VoxelBlock& block = fusion.map.block(slot);
+    const BlockPlanes block = test::planes_of(fusion.map.block(slot));
     for (std::size_t v = 0; v < voxels.size(); ++v) {
       labelled += voxels[v].weight > 0 ? 1 : 0;
       const bool same = block.label[v] == voxels[v].label &&

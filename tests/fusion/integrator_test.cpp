@@ -13,6 +13,8 @@
 #include "panoptic/map/block_key.h"
 #include "panoptic/meshing/mesher.h"
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
+#include "tests/fusion/fuse_voxel.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -127,7 +129,7 @@ TEST(Integrator, ProjectiveEqualsTheNaiveReferenceVoxelByVoxel) {
   std::size_t observed = 0;
   std::size_t different = 0;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    const VoxelBlock& block = map.block(slot);
+    const BlockPlanes block = test::planes_of(map.block(slot));
     for (std::size_t i = 0; i < kBlockVoxels; ++i) {
       const NaiveVoxel& expected = naive[slot][i];
       observed += expected.weight > 0 ? 1 : 0;
@@ -170,7 +172,7 @@ TEST(Integrator, TheBlocksItTouchesHoldNearlyAllVoxelsOfTheBand) {
 TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
   const std::vector<Frame> frames = orbit(3);
   const VoxelMap map = fuse_frames(frames, "raycast");
-  std::map<std::uint64_t, std::unique_ptr<VoxelBlock>> naive;
+  std::map<std::uint64_t, std::vector<Voxel>> naive;
   Registration registration({});
   for (const Frame& frame : frames) {
     const RegisteredFrame& registered = registration.apply(frame, test::halves(frame.color_camera));
@@ -193,11 +195,11 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
         const float d = std::clamp((range - direction.dot(center - origin)) * kVoxel_m, -map.truncation_m(), map.truncation_m());
         const float w = observation_weight(z, d, {map.truncation_m(), kVoxel_m});
         if (w <= 0) return;
-        std::unique_ptr<VoxelBlock>& block = naive[pack({x >> 4, y >> 4, k >> 4})];
-        if (!block) block = std::make_unique<VoxelBlock>();
-        fuse_voxel(*block, static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15)),
-                   {d, w, registered.color[static_cast<std::size_t>(pixel)], labels[static_cast<std::size_t>(pixel)]},
-                   LabelVotes{}, map.max_weight());
+        std::vector<Voxel>& block = naive[pack({x >> 4, y >> 4, k >> 4})];
+        block.resize(kBlockVoxels);
+        test::fuse_voxel(block[static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15))],
+                         {d, w, registered.color[static_cast<std::size_t>(pixel)], labels[static_cast<std::size_t>(pixel)]},
+                         LabelVotes{}, map.max_weight());
       });
     }
   }
@@ -205,14 +207,12 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
   for (const auto& [key, block] : naive) {
     const VoxelBlock* actual = map.find(unpack(key));
     ASSERT_NE(actual, nullptr);
-    EXPECT_EQ(actual->distance, block->distance);
-    EXPECT_EQ(actual->weight, block->weight);
-    EXPECT_EQ(actual->label, block->label);
-    EXPECT_EQ(actual->label_weight, block->label_weight);
-    EXPECT_EQ(actual->vote_sum, block->vote_sum);
-    EXPECT_EQ(actual->red, block->red);
-    EXPECT_EQ(actual->green, block->green);
-    EXPECT_EQ(actual->blue, block->blue);
+    for (int v = 0; v < kBlockVoxels; ++v) {
+      const Voxel a = actual->at(v);
+      const Voxel& b = block[static_cast<std::size_t>(v)];
+      ASSERT_EQ(std::tuple(a.distance, a.weight, a.label, a.label_weight, a.vote_sum, a.red, a.green, a.blue),
+                std::tuple(b.distance, b.weight, b.label, b.label_weight, b.vote_sum, b.red, b.green, b.blue));
+    }
   }
 }
 
@@ -330,8 +330,8 @@ TEST(Integrator, PixelsWithoutAVoteLeaveLabelsAlone) {
   integrator.integrate(frames[0], registered, std::vector<LabelSlot>(registered.depth.size(), LabelSlot::kNoVote), map);
   ASSERT_GT(map.block_count(), 0U);
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    for (const float w : map.block(slot).label_weight) ASSERT_EQ(w, 0);
-    for (const float w : map.block(slot).vote_sum) ASSERT_EQ(w, 0);
+    for (const float w : test::planes_of(map.block(slot)).label_weight) ASSERT_EQ(w, 0);
+    for (const float w : test::planes_of(map.block(slot)).vote_sum) ASSERT_EQ(w, 0);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "tests/block_planes.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -21,7 +22,7 @@ LabelSlot naive_reference(const VoxelMap& map, const Frame& frame, int u, int v)
   const int k = static_cast<int>(std::floor(p.z()));
   const VoxelBlock* block = map.find({x >> 4, y >> 4, k >> 4});
   if (block == nullptr) return LabelSlot::kUnknown;
-  return static_cast<LabelSlot>(block->label[static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15))]);
+  return static_cast<LabelSlot>(block->label(voxel_offset(x & 15, y & 15, k & 15)));
 }
 
 TEST(ReferenceLabels, AgreeWithTheNaiveReferenceOnAMapOfRandomLabels) {
@@ -32,7 +33,8 @@ TEST(ReferenceLabels, AgreeWithTheNaiveReferenceOnAMapOfRandomLabels) {
   for (int x = -3; x < 3; ++x) {
     for (int y = -3; y < 3; ++y) {
       for (int z = -3; z < 1; ++z) {
-        for (std::uint16_t& label : map.block(map.allocate({x, y, z})).label) {
+        test::BlockEdit edit(map.block(map.allocate({x, y, z})));
+        for (std::uint16_t& label : edit->label) {
           random = random * 1664525U + 1013904223U;
           label = static_cast<std::uint16_t>(random >> 16);
         }

@@ -13,6 +13,7 @@
 #include "panoptic/geometry.h"
 #include "panoptic/labels.h"
 #include "panoptic/voxel_map.h"
+#include "tests/block_planes.h"
 
 namespace panoptic::test {
 
@@ -43,7 +44,8 @@ inline void add_solids(VoxelMap& map, const std::vector<Solid>& solids, const Ve
   for (std::int32_t bz = block_of(low.z()); bz <= block_of(high.z()); ++bz) {
     for (std::int32_t by = block_of(low.y()); by <= block_of(high.y()); ++by) {
       for (std::int32_t bx = block_of(low.x()); bx <= block_of(high.x()); ++bx) {
-        VoxelBlock& block = map.block(map.allocate({bx, by, bz}));
+        test::BlockEdit block_edit(map.block(map.allocate({bx, by, bz})));
+        BlockPlanes& block = *block_edit;
         for (int v = 0; v < kBlockVoxels; ++v) {
           const Vec3d at(bx * kBlockSide + v % kBlockSide, by * kBlockSide + v / kBlockSide % kBlockSide,
                          bz * kBlockSide + v / (kBlockSide * kBlockSide));
@@ -72,7 +74,8 @@ inline VoxelMap strewn_map(double share, int labels, std::uint64_t seed) {
   VoxelMap map{MapOptions{}};
   for (std::int32_t n = 0; n < 27; ++n) {
     if (chance() < 0.3) continue;
-    VoxelBlock& block = map.block(map.allocate({n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}));
+    test::BlockEdit block_edit(map.block(map.allocate({n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1})));
+    BlockPlanes& block = *block_edit;
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       const bool at_surface = chance() < share;
       const double voxels = at_surface ? 3 * chance() - 1.5 : 1.6 + chance();

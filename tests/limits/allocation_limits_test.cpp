@@ -27,6 +27,7 @@
 #include "panoptic/predict/coco_panoptic.h"
 #include "panoptic/predict/prediction_io.h"
 #include "panoptic/source.h"
+#include "tests/block_planes.h"
 #include "tests/fresh_folder.h"
 #include "tests/limits/allocation_meter.h"
 
@@ -259,7 +260,8 @@ class MapLimits : public testing::Test {
   MapLimits() {
     const LabelSet labels("one", {{ClassId{1}, "wall", false, {}}, {ClassId{2}, "chair", true, {}}});
     PanopticMap map({}, labels);
-    VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
+    test::BlockEdit block_edit(map.voxels.block(map.voxels.allocate({0, 0, 0})));
+    BlockPlanes& block = *block_edit;
     block.weight[0] = block.label_weight[0] = block.vote_sum[0] = 1;
     MapUpdate update = whole_map(map);
     update.notes.states["bytes"] = Bytes(100, 7);
@@ -289,7 +291,7 @@ TEST_F(MapLimits, AStateThatClaimsToBeLargeTakesNothing) {
 TEST_F(MapLimits, ABlockThatUnpacksWithoutEndTakesABlock) {
   const Bytes packed = Compressor().compress(Bytes(std::size_t{64} << 20));  // a few kB
   ASSERT_LT(packed.size(), 16384U);
-  auto block = std::make_unique<VoxelBlock>();
+  auto block = std::make_unique<BlockPlanes>();
   expect_at_most(kMost, [&] { EXPECT_NE(BlockDecoder().decode(packed, *block), nullptr); });
 }
 

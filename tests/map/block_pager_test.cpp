@@ -9,12 +9,14 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <deque>
 #include <fstream>
 #include <numeric>
 #include <random>
 
 #include "panoptic/parallel.h"
 #include "panoptic/voxel_map.h"
+#include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 
@@ -48,7 +50,9 @@ BlockIndex index_of(Slot slot) {
   return {s % 10, s / 10 % 10, s / 100};
 }
 
-void write_something(VoxelBlock& block, unsigned seed) {
+void write_something(VoxelBlock& target, unsigned seed) {
+  test::BlockEdit edit(target);
+  BlockPlanes& block = *edit;
   std::mt19937 random(seed);
   for (std::size_t i = 0; i < kBlockVoxels; i += 3) {
     block.distance[i] += static_cast<float>(random() % 1000);
@@ -100,22 +104,27 @@ TEST(BlockPager, KeepsTheProcessBelowTheLimit) {
 TEST(BlockPager, APointerStaysGoodWhileItsBlockIsAway) {
   VoxelMap map(limited(test::fresh_folder()));
   VoxelBlock* const first = &map.block(map.allocate({0, 0, 0}));
-  first->distance[17] = 5;
+  first->set(17, {.distance = 5});
   for (Slot slot = 1; slot < kBlocks; ++slot) write_something(map.block(map.allocate(index_of(slot))), slot);
-  EXPECT_EQ(first->distance[17], 5);
-  first->distance[18] = 6;  // written behind the pager's back
-  for (Slot slot = 1; slot < kBlocks; ++slot) map.block(slot).weight[0] = 1;
-  EXPECT_EQ(map.find({0, 0, 0})->distance[18], 6);
+  EXPECT_EQ(first->distance(17), 5);
+  first->set(18, {.distance = 6});  // written behind the pager's back
+  for (Slot slot = 1; slot < kBlocks; ++slot) map.block(slot).set(0, {.weight = 1});
+  EXPECT_EQ(map.find({0, 0, 0})->distance(18), 6);
   EXPECT_EQ(map.find({0, 0, 0}), first);
 }
 
 TEST(BlockPager, BlocksThatAreUsedStay) {
-  BlockPager pager(100 * sizeof(VoxelBlock), test::fresh_folder());
-  for (int i = 0; i < 90; ++i) pager.add();
+  BlockPager pager(100 * sizeof(BlockPlanes), test::fresh_folder());
+  std::deque<VoxelBlock> blocks;
+  const auto add_full_block = [&] {
+    VoxelBlock& block = blocks.emplace_back(pager.add());
+    for (int n = 0; n < kBlockBricks; ++n) block.store(n, ~std::uint64_t{0});
+  };
+  for (int i = 0; i < 90; ++i) add_full_block();
   for (int turn = 0; turn < 40; ++turn) {
     pager.tick();
     for (std::size_t slot = 0; slot < 60; ++slot) pager.touch(slot);
-    pager.add();
+    add_full_block();
   }
   // 60 of 130 blocks were always in use; some of the others went, each once.
   EXPECT_THAT(pager.blocks_given_back(), Le(70U));
@@ -127,11 +136,11 @@ TEST(BlockPager, ThreadsLoseNothingWhileBlocksComeAndGo) {
   for (Slot slot = 0; slot < kBlocks; ++slot) map.allocate(index_of(slot));
   for (int round = 0; round < 10; ++round) {
     parallel_for(kBlocks, [&](std::size_t i) {
-      VoxelBlock& block = map.block(static_cast<Slot>((i * 311) % kBlocks));  // far from each other
-      for (float& weight : block.weight) weight += 1;
+      test::BlockEdit block(map.block(static_cast<Slot>((i * 311) % kBlocks)));  // far from each other
+      for (float& weight : block->weight) weight += 1;
     });
   }
-  for (Slot slot = 0; slot < kBlocks; ++slot) ASSERT_THAT(map.block(slot).weight, Each(10.0F)) << slot;
+  for (Slot slot = 0; slot < kBlocks; ++slot) ASSERT_THAT(test::planes_of(map.block(slot)).weight, Each(10.0F)) << slot;
 }
 
 TEST(BlockPager, LeavesNoFileBehind) {

@@ -10,6 +10,7 @@
 
 #include "panoptic/crf/regularizer.h"
 #include "panoptic/objects/relabelling.h"
+#include "tests/block_planes.h"
 #include "tests/objects/maintained_world.h"
 
 namespace panoptic {
@@ -58,12 +59,10 @@ struct Overruled {
   VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
 
   Overruled() {
-    block.weight[5] = block.vote_sum[5] = 10;
-    block.label[5] = 1;
-    block.label_weight[5] = 3;
+    block.set(5, {.weight = 10, .label_weight = 3, .vote_sum = 10, .label = 1});
     votes.record(0, {5, {.label = 7, .weight = 4}, {.label = 1, .weight = 3}});
   }
-  VoxelLabel voted() const { return votes.voted(0, 5, {block.label[5], block.label_weight[5]}); }
+  VoxelLabel voted() const { return votes.voted(0, 5, {block.label(5), block.label_weight(5)}); }
   void rename(int from, int to) {
     SurfaceVoxels surface(map);
     map.begin_epoch();
@@ -78,10 +77,10 @@ TEST(FrameVotes, OfAnObjectThatBecomesAnotherAreForThatOne) {
   o.rename(7, 9);
   EXPECT_EQ(o.voted().label, 9);
   EXPECT_EQ(o.voted().weight, 4);
-  EXPECT_EQ(o.block.label[5], 1) << "it stays overruled";
+  EXPECT_EQ(o.block.label(5), 1) << "it stays overruled";
   EXPECT_EQ(o.map.changed_since(1), std::vector<Slot>{0}) << "there is something to regularize";
   o.rename(1, 2);
-  EXPECT_EQ(o.block.label[5], 2);
+  EXPECT_EQ(o.block.label(5), 2);
   EXPECT_EQ(o.voted().label, 9) << "what the regularizer wrote is no vote of frames";
   EXPECT_EQ(o.voted().weight, 4);
 }
@@ -90,31 +89,31 @@ TEST(FrameVotes, ThatSayWhatWasWrittenAreTheVoxelsOwn) {
   for (const bool written_becomes_voted : {true, false}) {
     Overruled o;
     written_becomes_voted ? o.rename(1, 7) : o.rename(7, 1);
-    EXPECT_EQ(o.block.label[5], written_becomes_voted ? 7 : 1);
-    EXPECT_EQ(o.block.label_weight[5], 4) << "as frames left it";
+    EXPECT_EQ(o.block.label(5), written_becomes_voted ? 7 : 1);
+    EXPECT_EQ(o.block.label_weight(5), 4) << "as frames left it";
     EXPECT_TRUE(o.votes.of(0).empty());
   }
 }
 
 TEST(FrameVotes, OfFramesThatCameSinceAreCountedBeforeLabelsBecomeOthers) {
   Overruled o;
-  o.block.label[5] = 8;  // frames outweighed what was written, and voted for a third label
-  o.block.label_weight[5] = 2;
+  o.block.set_label(5, 8);  // frames outweighed what was written, and voted for a third label
+  o.block.set_label_weight(5, 2);
   o.rename(8, 1);  // which turns out to be what was written
   EXPECT_TRUE(o.votes.of(0).empty());
-  EXPECT_EQ(o.block.label[5], 1);
-  EXPECT_EQ(o.block.label_weight[5], 1) << "3 + 2 for it, 4 against";
+  EXPECT_EQ(o.block.label(5), 1);
+  EXPECT_EQ(o.block.label_weight(5), 1) << "3 + 2 for it, 4 against";
 }
 
 TEST(FrameVotes, ADecisionTakesTheirPlaceAndTheirWeight) {
   Overruled o;
   o.votes.decide(0, 5, 3, o.block);
-  EXPECT_EQ(o.block.label[5], 3);
-  EXPECT_EQ(o.block.label_weight[5], 4);
+  EXPECT_EQ(o.block.label(5), 3);
+  EXPECT_EQ(o.block.label_weight(5), 4);
   EXPECT_TRUE(o.votes.of(0).empty());
   o.votes.decide(0, 5, 6, o.block);
-  EXPECT_EQ(o.block.label[5], 6);
-  EXPECT_EQ(o.block.label_weight[5], 4);
+  EXPECT_EQ(o.block.label(5), 6);
+  EXPECT_EQ(o.block.label_weight(5), 4);
 }
 
 TEST(FrameVotes, KeepWhatTheyAreForInUse) {
@@ -136,7 +135,8 @@ struct Room {
                    test::solid_box({-0.1, -0.2, 0.7}, {0.1, 0.2, 0.9}, right)});
     std::mt19937 random(3);
     for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-      VoxelBlock& block = world.map.block(slot);
+      test::BlockEdit block_edit(world.map.block(slot));
+      BlockPlanes& block = *block_edit;
       for (std::size_t v = 0; v < kBlockVoxels; ++v) {
         block.weight[v] *= 10;
         block.vote_sum[v] *= 10;
@@ -152,7 +152,8 @@ struct Room {
   std::vector<std::uint16_t> labels() const {
     std::vector<std::uint16_t> all;
     for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-      all.insert(all.end(), world.map.block(slot).label.begin(), world.map.block(slot).label.end());
+      const BlockPlanes planes = test::planes_of(world.map.block(slot));
+      all.insert(all.end(), planes.label.begin(), planes.label.end());
     }
     return all;
   }
@@ -211,7 +212,8 @@ void overrule(test::World& world, LabelSlot voted) {
   const SurfaceVoxels surface(world.map);
   for (std::uint32_t i = 0; i < surface.size(); i += 10) {
     const auto [slot, voxel] = surface.place_of(i);
-    VoxelBlock& block = world.map.block(slot);
+    test::BlockEdit block_edit(world.map.block(slot));
+    BlockPlanes& block = *block_edit;
     block.vote_sum[voxel] = 5;
     if (surface.label(i) == voted) continue;
     world.votes.record(slot, {voxel, {number(voted), 5}, {block.label[voxel], block.label_weight[voxel]}});
@@ -246,14 +248,14 @@ TEST(FrameVotes, WhatIsCarvedOrLevelledIsNoLongerOverruled) {
   overrule(world, chair);
   const auto labels_before = [&] {
     std::vector<std::array<std::uint16_t, kBlockVoxels>> labels;
-    for (Slot slot = 0; slot < world.map.block_count(); ++slot) labels.push_back(world.map.block(slot).label);
+    for (Slot slot = 0; slot < world.map.block_count(); ++slot) labels.push_back(test::planes_of(world.map.block(slot)).label);
     return labels;
   }();
   FrameVotes before = world.votes;
   world.finish();
   std::size_t decided = 0;
   for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    const VoxelBlock& block = world.map.block(slot);
+    const BlockPlanes block = test::planes_of(world.map.block(slot));
     for (const OverruledVote& vote : before.of(slot)) {
       if (block.label[vote.voxel] == labels_before[slot][vote.voxel]) continue;
       ++decided;

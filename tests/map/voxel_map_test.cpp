@@ -14,6 +14,7 @@
 #include "panoptic/map/cached_lookup.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
 #include "tests/expect_error.h"
 
 namespace panoptic {
@@ -31,7 +32,7 @@ std::vector<BlockIndex> random_indices(unsigned seed, std::size_t count, std::in
 }
 
 // Some bits for every plane, a function of the block's place alone.
-void fill(VoxelBlock& block, BlockIndex index) {
+void fill(BlockPlanes& block, BlockIndex index) {
   std::mt19937 random(static_cast<unsigned>(mixed(pack(index))));
   for (std::size_t i = 0; i < kBlockVoxels; i += 5) {
     block.distance[i] = static_cast<float>(random() % 1000) / 1000;
@@ -47,7 +48,7 @@ void fill(VoxelBlock& block, BlockIndex index) {
 
 VoxelMap filled_map(const std::vector<BlockIndex>& indices) {
   VoxelMap map{MapOptions{}};
-  for (const BlockIndex index : indices) fill(map.block(map.allocate(index)), index);
+  for (const BlockIndex index : indices) fill(*test::BlockEdit(map.block(map.allocate(index))), index);
   return map;
 }
 
@@ -57,17 +58,6 @@ TEST(VoxelBlock, VoxelOffsetsRunXFastest) {
   EXPECT_EQ(voxel_offset(0, 1, 0), 16);
   EXPECT_EQ(voxel_offset(0, 0, 1), 256);
   EXPECT_EQ(voxel_offset(15, 15, 15), kBlockVoxels - 1);
-}
-
-TEST(VoxelBlock, PlanesLieWhereTheHeaderDrawsThem) {
-  EXPECT_EQ(offsetof(VoxelBlock, distance), 0U);
-  EXPECT_EQ(offsetof(VoxelBlock, weight), 16384U);
-  EXPECT_EQ(offsetof(VoxelBlock, label_weight), 32768U);
-  EXPECT_EQ(offsetof(VoxelBlock, vote_sum), 49152U);
-  EXPECT_EQ(offsetof(VoxelBlock, label), 65536U);
-  EXPECT_EQ(offsetof(VoxelBlock, red), 73728U);
-  EXPECT_EQ(offsetof(VoxelBlock, green), 81920U);
-  EXPECT_EQ(offsetof(VoxelBlock, blue), 90112U);
 }
 
 TEST(VoxelMap, AgreesWithAnOrderedMapOnRandomIndices) {
@@ -91,15 +81,16 @@ TEST(VoxelMap, AgreesWithAnOrderedMapOnRandomIndices) {
   }
 }
 
-TEST(VoxelMap, NewBlocksAreZeroAlignedAndNeverMove) {
+TEST(VoxelMap, NewBlocksAreEmptyAndNeverMove) {
   VoxelMap map{MapOptions{}};
   const VoxelBlock* first = &map.block(map.allocate({-1, 2, -3}));
   for (const BlockIndex index : random_indices(3, 3000, 20)) map.allocate(index);
   EXPECT_EQ(map.find({-1, 2, -3}), first);
-  const std::vector<unsigned char> zeros(sizeof(VoxelBlock), 0);
+  const BlockPlanes zeros;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    ASSERT_EQ(reinterpret_cast<std::uintptr_t>(&map.block(slot)) % 64, 0U);
-    ASSERT_EQ(std::memcmp(&map.block(slot), zeros.data(), zeros.size()), 0);
+    const BlockPlanes planes = test::planes_of(map.block(slot));
+    ASSERT_EQ(std::memcmp(&planes, &zeros, sizeof zeros), 0);
+    for (int n = 0; n < kBlockBricks; ++n) ASSERT_EQ(map.block(slot).brick(n).stored(), 0U);
   }
 }
 
@@ -158,12 +149,16 @@ TEST(VoxelMap, HashChangesWithAnyBitOfAnyPlane) {
   const std::uint64_t before = map.hash();
   std::mt19937 random(2);
   for (int trial = 0; trial < 300; ++trial) {
-    auto* bytes = reinterpret_cast<unsigned char*>(&map.block(static_cast<Slot>(random() % map.block_count())));
-    const std::size_t at = random() % sizeof(VoxelBlock);
+    VoxelBlock& block = map.block(static_cast<Slot>(random() % map.block_count()));
+    const std::size_t at = random() % sizeof(BlockPlanes);
     const auto bit = static_cast<unsigned char>(1U << random() % 8);
-    bytes[at] ^= bit;
+    const auto flip = [&] {
+      test::BlockEdit edit(block);
+      reinterpret_cast<unsigned char*>(&*edit)[at] ^= bit;
+    };
+    flip();
     ASSERT_NE(map.hash(), before) << "byte " << at;
-    bytes[at] ^= bit;
+    flip();
   }
   EXPECT_EQ(map.hash(), before);
 }
@@ -177,10 +172,10 @@ TEST(VoxelMap, HashTellsPlacesAndSwappedVoxelsApart) {
   EXPECT_NE(here.hash(), there.hash());
   EXPECT_NE(here.hash(), empty.hash());
   const std::uint64_t zero = here.hash();
-  VoxelBlock& block = here.block(0);
-  block.label[10] = 1;
+  here.block(0).set_label(10, 1);
   const std::uint64_t at_10 = here.hash();
-  std::swap(block.label[10], block.label[11]);
+  here.block(0).set_label(10, 0);
+  here.block(0).set_label(11, 1);
   EXPECT_NE(here.hash(), at_10);
   EXPECT_NE(here.hash(), zero);
 }
@@ -188,7 +183,7 @@ TEST(VoxelMap, HashTellsPlacesAndSwappedVoxelsApart) {
 // The value itself is a promise between builds: release, dev, asan, tsan and clang must find the same one.
 TEST(VoxelMap, HashOfAKnownMapIsGolden) {
   VoxelMap map{MapOptions{}};
-  for (std::int32_t i = -2; i <= 2; ++i) fill(map.block(map.allocate({i, -i, 7 * i})), {i, -i, 7 * i});
+  for (std::int32_t i = -2; i <= 2; ++i) fill(*test::BlockEdit(map.block(map.allocate({i, -i, 7 * i}))), {i, -i, 7 * i});
   EXPECT_EQ(map.hash(), 13198270742109853861ULL);
 }
 
@@ -203,8 +198,14 @@ TEST(VoxelMap, MemoryIsThatOfItsBlocks) {
   VoxelMap map{MapOptions{}};
   const std::size_t empty = map.memory_bytes();
   for (std::int32_t i = 0; i < 100; ++i) map.allocate({i, 0, 0});
-  EXPECT_GE(map.memory_bytes() - empty, 100 * sizeof(VoxelBlock));
-  EXPECT_LE(map.memory_bytes() - empty, 101 * sizeof(VoxelBlock));
+  const std::size_t without_voxels = map.memory_bytes();
+  EXPECT_GE(without_voxels - empty, 100 * sizeof(VoxelBlock));
+  EXPECT_LE(without_voxels - empty, 110 * sizeof(VoxelBlock));
+  constexpr std::size_t kVoxels = 40 * 40;
+  for (std::size_t v = 0; v < kVoxels; ++v) map.block(static_cast<Slot>(v / 40)).set(static_cast<int>(v % 40), {.weight = 1});
+  EXPECT_EQ(map.observed_voxels(), kVoxels);
+  EXPECT_GE(map.memory_bytes() - without_voxels, kVoxels * kVoxelBytes);
+  EXPECT_LE(map.memory_bytes() - without_voxels, 3 * kVoxels * kVoxelBytes) << "bricks of 4 x 2 or 4 x 3 voxels are 8 or 16";
 }
 
 TEST(MapOptions, RefusesSizesThatMakeNoSense) {
@@ -227,8 +228,8 @@ TEST(CachedLookup, AgreesWithTheMap) {
 
 TEST(VoxelMap, KnowsWhichIdsAnyVoxelHolds) {
   VoxelMap map({});
-  map.block(map.allocate({0, 0, 0})).label[77] = 9;
-  map.block(map.allocate({-5, 2, 1})).label[4095] = 65534;
+  map.block(map.allocate({0, 0, 0})).set_label(77, 9);
+  map.block(map.allocate({-5, 2, 1})).set_label(4095, 65534);
   const std::vector<bool> used = ids_in_use(map);
   ASSERT_EQ(used.size(), 65536U);
   EXPECT_EQ(std::count(used.begin(), used.end(), true), 3);

@@ -15,11 +15,11 @@
 namespace panoptic {
 namespace {
 
-bool same(const VoxelBlock& a, const VoxelBlock& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same(const BlockPlanes& a, const BlockPlanes& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 // A block as mapping leaves it: a noisy surface, and nothing far from it.
-std::unique_ptr<VoxelBlock> mapped_block(std::mt19937& random) {
-  auto block = std::make_unique<VoxelBlock>();
+std::unique_ptr<BlockPlanes> mapped_block(std::mt19937& random) {
+  auto block = std::make_unique<BlockPlanes>();
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     const float distance = 0.024F * (static_cast<float>(v / 256) - 7.5F) + static_cast<float>(random() % 1000) * 1e-5F;
     if (std::abs(distance) > 0.096F) continue;
@@ -38,9 +38,9 @@ std::unique_ptr<VoxelBlock> mapped_block(std::mt19937& random) {
   return block;
 }
 
-void expect_round_trip(const VoxelBlock& block) {
+void expect_round_trip(const BlockPlanes& block) {
   const Bytes bytes = BlockEncoder().encode(block);
-  auto decoded = std::make_unique<VoxelBlock>();
+  auto decoded = std::make_unique<BlockPlanes>();
   EXPECT_EQ(BlockDecoder().decode(bytes, *decoded), nullptr);
   EXPECT_TRUE(same(block, *decoded));
 }
@@ -55,7 +55,7 @@ TEST(BlockCodec, KeepsEveryBitOfBlocksThatNoMappingWouldLeave) {
   constexpr float kOdd[] = {0.0F, -0.0F, 1e-45F, -1e-40F, std::numeric_limits<float>::max(), -std::numeric_limits<float>::max(),
                             1.0F, -1.0F, 3e-39F, 1e30F};
   for (int i = 0; i < 30; ++i) {
-    auto block = std::make_unique<VoxelBlock>();
+    auto block = std::make_unique<BlockPlanes>();
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       if (random() % 3 == 0) continue;
       block->distance[v] = kOdd[random() % std::size(kOdd)];
@@ -78,7 +78,7 @@ TEST(BlockCodec, KeepsEveryBitOfBlocksThatNoMappingWouldLeave) {
 
 TEST(BlockCodec, VoxelsThatHoldNothingCostNothing) {
   EXPECT_LT(BlockEncoder().encode({}).size(), 40U);
-  auto block = std::make_unique<VoxelBlock>();
+  auto block = std::make_unique<BlockPlanes>();
   block->weight[1234] = 1;
   EXPECT_LT(BlockEncoder().encode(*block).size(), 150U);
   expect_round_trip(*block);
@@ -86,14 +86,14 @@ TEST(BlockCodec, VoxelsThatHoldNothingCostNothing) {
 }
 
 // The complaint about a block that was encoded.
-std::string complaint(const VoxelBlock& block) {
-  auto decoded = std::make_unique<VoxelBlock>();
+std::string complaint(const BlockPlanes& block) {
+  auto decoded = std::make_unique<BlockPlanes>();
   const char* wrong = BlockDecoder().decode(BlockEncoder().encode(block), *decoded);
   return wrong == nullptr ? "" : wrong;
 }
 
 TEST(BlockCodec, RefusesADistanceThatIsNotANumberAndNegativeWeights) {
-  auto block = std::make_unique<VoxelBlock>();
+  auto block = std::make_unique<BlockPlanes>();
   block->weight[7] = 1;
   block->distance[7] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_NE(complaint(*block), "");
@@ -108,7 +108,7 @@ TEST(BlockCodec, RefusesADistanceThatIsNotANumberAndNegativeWeights) {
 }
 
 TEST(BlockCodec, RefusesVotesThatCannotBe) {
-  auto block = std::make_unique<VoxelBlock>();
+  auto block = std::make_unique<BlockPlanes>();
   block->weight[7] = 1;
   for (const float sum : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1.0F}) {
     block->vote_sum[7] = sum;
@@ -140,7 +140,7 @@ TEST(BlockCodec, VotesThatAllAgreedOrWereAllFromEveryPixelCostNothing) {
 TEST(BlockCodec, RefusesWhatIsCutOffAndSurvivesWhatIsChanged) {
   std::mt19937 random(5);
   const Bytes good = BlockEncoder().encode(*mapped_block(random));
-  auto block = std::make_unique<VoxelBlock>();
+  auto block = std::make_unique<BlockPlanes>();
   BlockDecoder decoder;
   for (std::size_t size = 0; size < good.size(); size += 1 + size / 16) {
     EXPECT_NE(decoder.decode(std::span(good).first(size), *block), nullptr) << size;
@@ -159,7 +159,7 @@ TEST(BlockCodec, RefusesAFrameThatIsLargerThanABlock) {
   const Bytes zeros(50'000'000, 0);
   const Bytes bomb = Compressor().compress(zeros);
   ASSERT_LT(bomb.size(), 10'000U);
-  auto block = std::make_unique<VoxelBlock>();
+  auto block = std::make_unique<BlockPlanes>();
   EXPECT_STREQ(BlockDecoder().decode(bomb, *block), "its voxels cannot be decompressed");
 }
 

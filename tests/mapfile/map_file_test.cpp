@@ -19,6 +19,7 @@
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/mapfile/sqlite.h"
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 
@@ -39,7 +40,7 @@ LabelSet labels() {
 constexpr std::uint16_t kFirst = 4;
 constexpr std::uint16_t kHeld[] = {0, 1, 2, 3, 4, 6};  // classes and two objects
 
-void fill(VoxelBlock& block, std::mt19937& random) {
+void fill(BlockPlanes& block, std::mt19937& random) {
   for (std::size_t v = 0; v < kBlockVoxels; ++v) {
     if (random() % 2 == 0) continue;
     block.distance[v] = static_cast<float>(random() % 200) * 1e-3F - 0.1F;
@@ -89,7 +90,7 @@ struct World {
     for (int i = 0; i < blocks; ++i) {
       map.voxels.begin_epoch();
       const Slot slot = map.voxels.allocate({i % 5 - 2, -i / 5, i * 7919 % 101});
-      if (i % 9 != 0) fill(map.voxels.block(slot), random);
+      if (i % 9 != 0) fill(*test::BlockEdit(map.voxels.block(slot)), random);
     }
   }
 };
@@ -162,7 +163,7 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
     EXPECT_EQ(load_map(path).notes.states["round"], Bytes{static_cast<std::uint8_t>(round)});
     world.map.voxels.begin_epoch();
     for (Slot slot = 0; slot < world.map.voxels.block_count(); slot += 7) {
-      fill(world.map.voxels.block(slot), random);
+      fill(*test::BlockEdit(world.map.voxels.block(slot)), random);
       world.map.voxels.mark_changed(slot);
     }
     world.map.voxels.allocate({100, round, 0});
@@ -178,7 +179,7 @@ TEST(MapFile, GoesOnWhereItWasLoaded) {
   const auto path = saved(world);
   world.map.voxels.begin_epoch();
   std::mt19937 random(7);
-  fill(world.map.voxels.block(3), random);
+  fill(*test::BlockEdit(world.map.voxels.block(3)), random);
   world.map.voxels.mark_changed(3);
   MapFileWriter writer = MapFileWriter::open(path, MapLock(path), load_map(path));
   MapUpdate update{.epoch = world.map.voxels.epoch(), .objects = world.map.objects};
@@ -327,7 +328,7 @@ TEST(MapFile, RefusesBlocksWithAGoodChecksumAndBadContents) {
     put_block(path, slot, index, bytes);
     return error_of([&] { load_map(path); });
   };
-  auto block = std::make_unique<VoxelBlock>();
+  auto block = std::make_unique<BlockPlanes>();
   block->weight[5] = 1;
   block->label[5] = kFirst + 8;
   EXPECT_THAT(complaint(12, {50, 0, 0}, BlockEncoder().encode(*block)), HasSubstr("block 12: a voxel has the slot"));

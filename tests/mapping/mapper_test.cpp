@@ -16,6 +16,7 @@
 #include "panoptic/error.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
 #include "tests/mapping/ball_on_floor.h"
 
 namespace panoptic {
@@ -220,12 +221,12 @@ VoxelMap floor_of(LabelSlot object) {
     for (int y = 0; y < 48; ++y) {
       for (int x = 0; x < 48; ++x) {
         VoxelBlock& block = map.block(map.allocate({x >> 4, y >> 4, z >> 4}));
-        const auto v = static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15));
         const bool unsure = x % 12 == 6 && y % 12 == 6;
-        block.distance[v] = (static_cast<float>(z) + 0.5F) * map.voxel_size_m();
-        block.weight[v] = block.vote_sum[v] = 10;
-        block.label[v] = unsure ? 2 : number(object);
-        block.label_weight[v] = unsure ? 1 : 8;
+        block.set(voxel_offset(x & 15, y & 15, z & 15), {.distance = (static_cast<float>(z) + 0.5F) * map.voxel_size_m(),
+                                                         .weight = 10,
+                                                         .label_weight = unsure ? 1.0F : 8.0F,
+                                                         .vote_sum = 10,
+                                                         .label = unsure ? std::uint16_t{2} : number(object)});
       }
     }
   }
@@ -250,7 +251,7 @@ TEST(Mapper, WhatWasSolvedBeforeAMergeIsWrittenAboutWhatTheObjectsAreNow) {
   mapper.parts().write_back(changes);
   std::size_t written = 0;
   for (const LabelChange& change : changes.changes) {
-    const VoxelBlock& block = mapper.map().voxels.block(change.before.slot);
+    const BlockPlanes block = test::planes_of(mapper.map().voxels.block(change.before.slot));
     written += block.label[change.before.voxel] == number(same_chair) ? 1 : 0;
   }
   EXPECT_EQ(written, changes.changes.size());

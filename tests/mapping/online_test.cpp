@@ -10,6 +10,7 @@
 #include "panoptic/mapping/snapshot.h"
 #include "panoptic/profile.h"
 #include "panoptic/voxel_map.h"
+#include "tests/block_planes.h"
 #include "tests/mapping/online_fixture.h"
 
 namespace panoptic {
@@ -27,10 +28,12 @@ using test::segmented;
 bool same_geometry(const VoxelMap& a, const VoxelMap& b) {
   if (a.block_count() != b.block_count()) return false;
   for (Slot slot = 0; slot < a.block_count(); ++slot) {
-    const VoxelBlock& left = a.block(slot);
-    const VoxelBlock* right = b.find(a.index_of(slot));
-    if (right == nullptr || left.distance != right->distance || left.weight != right->weight || left.red != right->red ||
-        left.green != right->green || left.blue != right->blue) {
+    const BlockPlanes left = test::planes_of(a.block(slot));
+    const VoxelBlock* right_block = b.find(a.index_of(slot));
+    if (right_block == nullptr) return false;
+    const BlockPlanes right = test::planes_of(*right_block);
+    if (left.distance != right.distance || left.weight != right.weight || left.red != right.red || left.green != right.green ||
+        left.blue != right.blue) {
       return false;
     }
   }

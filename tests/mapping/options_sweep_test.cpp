@@ -17,6 +17,7 @@
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/option_fields.h"
+#include "tests/block_planes.h"
 #include "tests/fresh_seed.h"
 #include "tests/fusion/scenes.h"
 
@@ -55,7 +56,7 @@ Segmentation segmentation_of(const Frame& frame) {
 
 bool is_finite(const VoxelMap& map) {
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    const VoxelBlock& block = map.block(slot);
+    const BlockPlanes block = test::planes_of(map.block(slot));
     for (const auto* plane : {&block.distance, &block.weight, &block.label_weight}) {
       if (!std::all_of(plane->begin(), plane->end(), [](float value) { return std::isfinite(value); })) return false;
     }

@@ -6,6 +6,7 @@
 
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/mapper_parts.h"
+#include "tests/block_planes.h"
 #include "tests/mapping/ball_on_floor.h"
 
 namespace panoptic {
@@ -23,7 +24,8 @@ Frame ball_frame() {
 // One block far from the ball, of floor, but for some voxels of slot 6.
 VoxelMap far_map() {
   VoxelMap map{MapOptions{}};
-  VoxelBlock& block = map.block(map.allocate({100, 100, 100}));
+  test::BlockEdit block_edit(map.block(map.allocate({100, 100, 100})));
+  BlockPlanes& block = *block_edit;
   block.weight.fill(1);
   block.label.fill(kFloor);
   block.label_weight.fill(0.5F);
@@ -97,16 +99,16 @@ TEST(Slots, OfATileThatIsBeingSolvedNeverComeToMeanAnotherObject) {
   changes.changes = {{floor_voxel(), {kFirst, 0.5F}}};
   ASSERT_EQ(run.add_ball(), LabelSlot{kFirst}) << "the slot is another object's by now";
   run.mapper.parts().write_back(changes);
-  EXPECT_EQ(run.mapper.map().voxels.block(0).label[kVoxel], kFloor);
+  EXPECT_EQ(run.mapper.map().voxels.block(0).label(kVoxel), kFloor);
 
   changes.changes[0].label = {kFirst + 2, 0.5F};
   changes.changes[0].before.voted = {kFirst, 0.5F};
   run.mapper.parts().write_back(changes);
-  EXPECT_EQ(run.mapper.map().voxels.block(0).label[kVoxel], kFloor) << "what was voted for is another object by now";
+  EXPECT_EQ(run.mapper.map().voxels.block(0).label(kVoxel), kFloor) << "what was voted for is another object by now";
 
   changes.changes[0].before.voted = {kFloor, 0.5F};
   run.mapper.parts().write_back(changes);
-  EXPECT_EQ(run.mapper.map().voxels.block(0).label[kVoxel], kFirst + 2) << "this one is still the same";
+  EXPECT_EQ(run.mapper.map().voxels.block(0).label(kVoxel), kFirst + 2) << "this one is still the same";
 }
 
 TEST(Slots, OfATileThatIsBeingSolvedFollowWhatWasMergedMeanwhile) {
@@ -115,7 +117,7 @@ TEST(Slots, OfATileThatIsBeingSolvedFollowWhatWasMergedMeanwhile) {
   changes.changes = {{floor_voxel(), {kFirst + 1, 0.5F}}};
   changes.changes[0].before.voted = {kFirst + 1, 0.5F};
   run.mapper.parts().write_back(changes);
-  EXPECT_EQ(run.mapper.map().voxels.block(0).label[kVoxel], kFirst + 2);
+  EXPECT_EQ(run.mapper.map().voxels.block(0).label(kVoxel), kFirst + 2);
   for (const auto& of_block : run.mapper.parts().state().regularizer.votes)
     EXPECT_TRUE(of_block.empty()) << "it is what was voted for";
 }

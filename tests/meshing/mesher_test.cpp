@@ -11,6 +11,7 @@
 
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/meshing/marching_cubes_table.h"
+#include "tests/block_planes.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -136,7 +137,8 @@ TEST(Mesher, RandomFieldsHaveNoCracksAndNoEdgeWithFourTriangles) {
   for (int x = -1; x < 2; ++x) {
     for (int y = -1; y < 1; ++y) {
       for (int z = 0; z < 2; ++z) {
-        VoxelBlock& block = map.voxels.block(map.voxels.allocate({x, y, z}));
+        test::BlockEdit block_edit(map.voxels.block(map.voxels.allocate({x, y, z})));
+        BlockPlanes& block = *block_edit;
         block.weight.fill(1);
         for (float& d : block.distance) d = static_cast<float>(random() % 2001) / 1000.0F - 1.0003F;
       }
@@ -186,7 +188,8 @@ TEST(Mesher, AnUpdateOfWhatChangedEqualsAFreshMesh) {
 
 TEST(Mesher, CellsWithAnUnobservedCornerAreLeftOut) {
   PanopticMap map = empty_map();
-  VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
+  test::BlockEdit block_edit(map.voxels.block(map.voxels.allocate({0, 0, 0})));
+  BlockPlanes& block = *block_edit;
   block.weight.fill(1);
   for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
   EXPECT_EQ(mesh_of(map).triangles.size(), 15U * 15U * 2U);
@@ -196,7 +199,8 @@ TEST(Mesher, CellsWithAnUnobservedCornerAreLeftOut) {
 
 // A block with a level surface, all of which is the object in slot 4.
 void add_labelled_plane(VoxelMap& voxels) {
-  VoxelBlock& block = voxels.block(voxels.allocate({0, 0, 0}));
+  test::BlockEdit block_edit(voxels.block(voxels.allocate({0, 0, 0})));
+  BlockPlanes& block = *block_edit;
   block.weight.fill(1);
   block.label.fill(4);
   for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
@@ -227,7 +231,7 @@ TEST(Mesher, AChunkKeepsItsIdWhenTheSlotIsGivenAnew) {
 
   const auto relabel = [&](std::uint16_t label) {
     map.voxels.begin_epoch();
-    map.voxels.block(0).label.fill(label);
+    test::BlockEdit(map.voxels.block(0))->label.fill(label);
     map.voxels.mark_changed(0);
   };
   relabel(1);

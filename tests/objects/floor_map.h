@@ -10,20 +10,21 @@
 #include <vector>
 
 #include "panoptic/voxel_map.h"
+#include "tests/block_planes.h"
 
 namespace panoptic::test {
 
 inline constexpr float kWeight = 10;
 
 // A voxel of the test maps.
-struct Voxel {
+struct PaintedVoxel {
   std::uint16_t label = 1;
   float label_weight = 8;
   float color = 100;
   float votes = kWeight;
 };
 
-using Paint = std::function<Voxel(int x, int y, std::mt19937& random)>;
+using Paint = std::function<PaintedVoxel(int x, int y, std::mt19937& random)>;
 
 // A floor of that many voxels a side, 8 voxels thick, between the blocks of two layers.
 inline VoxelMap floor_map(int side, const Paint& paint) {
@@ -33,14 +34,11 @@ inline VoxelMap floor_map(int side, const Paint& paint) {
     for (int y = 0; y < side; ++y) {
       for (int x = 0; x < side; ++x) {
         VoxelBlock& block = map.block(map.allocate({x >> 4, y >> 4, z >> 4}));
-        const auto voxel = static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15));
-        const Voxel v = paint(x, y, random);
-        block.distance[voxel] = (static_cast<float>(z) + 0.5F) * map.voxel_size_m();
-        block.weight[voxel] = kWeight;
-        block.label[voxel] = v.label;
-        block.label_weight[voxel] = v.label_weight;
-        block.vote_sum[voxel] = v.votes;
-        block.red[voxel] = block.green[voxel] = block.blue[voxel] = static_cast<std::uint16_t>(v.color * 256);
+        const PaintedVoxel v = paint(x, y, random);
+        const float distance_m = (static_cast<float>(z) + 0.5F) * map.voxel_size_m();
+        const auto color = static_cast<std::uint16_t>(v.color * 256);
+        block.set(voxel_offset(x & 15, y & 15, z & 15),
+                  {distance_m, kWeight, v.label_weight, v.votes, v.label, color, color, color});
       }
     }
   }
@@ -50,7 +48,8 @@ inline VoxelMap floor_map(int side, const Paint& paint) {
 inline std::vector<std::uint16_t> labels_of(const VoxelMap& map) {
   std::vector<std::uint16_t> labels;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    labels.insert(labels.end(), map.block(slot).label.begin(), map.block(slot).label.end());
+    const BlockPlanes planes = planes_of(map.block(slot));
+    labels.insert(labels.end(), planes.label.begin(), planes.label.end());
   }
   return labels;
 }

@@ -11,6 +11,7 @@
 
 #include "panoptic/parallel.h"
 #include "panoptic/profile.h"
+#include "tests/block_planes.h"
 #include "tests/fusion/small_maps.h"
 
 namespace panoptic {
@@ -103,7 +104,8 @@ VoxelMap scattered_map(std::uint64_t seed) {
   VoxelMap map{MapOptions{}};
   for (int n = 0; n < 40; ++n) {
     const auto coordinate = [&] { return static_cast<std::int32_t>(random() % 60) - 30; };
-    VoxelBlock& block = map.block(map.allocate({coordinate(), coordinate() / 8, coordinate() / 8}));
+    test::BlockEdit block_edit(map.block(map.allocate({coordinate(), coordinate() / 8, coordinate() / 8})));
+    BlockPlanes& block = *block_edit;
     const auto label = static_cast<std::uint16_t>(1 + random() % 4);
     for (int k = 0; k < 12; ++k) {
       const std::size_t v = random() % kBlockVoxels;
@@ -148,7 +150,8 @@ TEST(Contacts, OfAFarReachTakeNoLongerThanThoseOfANearOne) {
   VoxelMap map(MapOptions{.voxel_size_m = 0.004F});
   const auto wall = [&](std::int32_t x, std::uint16_t label) {
     for (std::int32_t n = 0; n < 14 * 14; ++n) {
-      VoxelBlock& block = map.block(map.allocate({x, n % 14, n / 14}));
+      test::BlockEdit block_edit(map.block(map.allocate({x, n % 14, n / 14})));
+      BlockPlanes& block = *block_edit;
       for (std::size_t v = 0; v < kBlockVoxels; v += kBlockSide) {
         block.weight[v] = 1;
         block.label[v] = label;
@@ -192,7 +195,8 @@ TEST(Contacts, AreMeasuredFromTheSmallerObject) {
 // Equal sizes: the younger object is the part.
 TEST(Contacts, BetweenTwinsTheYoungerIsTheSmaller) {
   VoxelMap map{MapOptions{}};
-  VoxelBlock& block = map.block(map.allocate({-1, 0, 0}));
+  test::BlockEdit block_edit(map.block(map.allocate({-1, 0, 0})));
+  BlockPlanes& block = *block_edit;
   for (const int x : {4, 5}) {
     const auto v = static_cast<std::size_t>(voxel_offset(x, 0, 0));
     block.weight[v] = 1;

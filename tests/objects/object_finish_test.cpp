@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "tests/block_planes.h"
 #include "tests/objects/maintained_world.h"
 
 namespace panoptic {
@@ -114,7 +115,8 @@ TEST(ObjectMaintenance, MakesNoThingOfSurfaceThatNoLabelledFrameLookedAt) {
   add_to(world, {solid_box({-0.6, -0.4, 0.55}, {0.6, 0.4, 0.715}, table), test::box_on_table(LabelSlot::kUnknown),
                  solid_box({-1, -0.8, -0.1}, {-0.7, 0.8, 0.4}, LabelSlot::kUnknown)});
   for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    VoxelBlock& block = world.map.block(slot);
+    test::BlockEdit block_edit(world.map.block(slot));
+    BlockPlanes& block = *block_edit;
     for (std::size_t v = 0; v < kBlockVoxels; ++v) block.label_weight[v] = block.vote_sum[v] = block.label[v] == 0 ? 0.0F : 1.0F;
   }
   world.finish();
@@ -200,7 +202,8 @@ TEST(ObjectMaintenance, AnObjectThatHoldsNoSurfaceIsNoObject) {
   const LabelSlot behind = world.seen(kChair);
   add_to(world, {solid_box({-0.5, 0, 0}, {0.5, 0.4, 0.4}, chair)});
   for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    VoxelBlock& block = world.map.block(slot);
+    test::BlockEdit block_edit(world.map.block(slot));
+    BlockPlanes& block = *block_edit;
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
       if (block.weight[v] > 0 && block.distance[v] < -2 * world.map.voxel_size_m()) block.label[v] = number(behind);
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
 #include "tests/objects/maintained_world.h"
 
 namespace panoptic {
@@ -81,8 +82,8 @@ TEST(ObjectMaintenance, TouchesLabelsAloneAndMarksEveryBlockThatItChanges) {
   world.finish();
   std::size_t changed = 0;
   for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    const VoxelBlock& now = world.map.block(slot);
-    const VoxelBlock& then = before.map.block(slot);
+    const BlockPlanes now = test::planes_of(world.map.block(slot));
+    const BlockPlanes then = test::planes_of(before.map.block(slot));
     EXPECT_EQ(now.distance, then.distance);
     EXPECT_EQ(now.weight, then.weight);
     EXPECT_EQ(now.label_weight, then.label_weight);
@@ -127,7 +128,8 @@ TEST(ObjectMaintenance, GetsAlongWithThousandsOfObjects) {
   for (int n = 0; n < kSide * kSide; ++n) ids.push_back(world.seen(n % 2 == 0 ? kChair : kBag, 6));
   for (std::int32_t b = 0; b < 13; ++b) {  // tiles of 4 voxels
     for (std::int32_t c = 0; c < 13; ++c) {
-      VoxelBlock& block = world.map.block(world.map.allocate({b, c, 0}));
+      test::BlockEdit block_edit(world.map.block(world.map.allocate({b, c, 0})));
+      BlockPlanes& block = *block_edit;
       for (int v = 0; v < kBlockVoxels; ++v) {
         const int x = (b * kBlockSide + v % kBlockSide) / 4;
         const int y = (c * kBlockSide + v / kBlockSide % kBlockSide) / 4;

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
 #include "tests/fusion/small_maps.h"
 
 namespace panoptic {
@@ -62,10 +63,8 @@ VoxelMap line_of(const std::vector<int>& labels) {
   VoxelMap map{MapOptions{}};
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const int x = static_cast<int>(i) + 12;
-    VoxelBlock& block = map.block(map.allocate({x / kBlockSide, 0, 0}));
-    const auto v = static_cast<std::size_t>(voxel_offset(x % kBlockSide, 3, 3));
-    block.weight[v] = 1;
-    block.label[v] = static_cast<std::uint16_t>(labels[i]);
+    map.block(map.allocate({x / kBlockSide, 0, 0}))
+        .set(voxel_offset(x % kBlockSide, 3, 3), {.weight = 1, .label = static_cast<std::uint16_t>(labels[i])});
   }
   return map;
 }
@@ -125,9 +124,9 @@ TEST(Renaming, ChangesEveryVoxelAtOnceOnTheSurfaceOrNot) {
   const std::map<int, int> expected = {{0, 0}, {1, 2}, {2, 3}, {3, 3}, {4, 4}, {5, 65534}};
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      ASSERT_EQ(map.block(slot).label[v], expected.at(before.block(slot).label[v]));
+      ASSERT_EQ(map.block(slot).label(v), expected.at(before.block(slot).label(v)));
     }
-    EXPECT_EQ(map.block(slot).label_weight, before.block(slot).label_weight);
+    EXPECT_EQ(test::planes_of(map.block(slot)).label_weight, test::planes_of(before.block(slot)).label_weight);
   }
   const SurfaceVoxels fresh(map);
   EXPECT_EQ(labels_of(surface), labels_of(fresh));

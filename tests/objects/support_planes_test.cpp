@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "tests/block_planes.h"
 #include "tests/fusion/small_maps.h"
 
 namespace panoptic {
@@ -68,14 +69,15 @@ TEST(Normals, AreZeroWhereANeighbourWasNotObserved) {
   const SurfaceVoxels surface(map);
   std::uint32_t i = 0;
   while (surface[i].voxel % kBlockSide == 0 || normal_of(map, surface[i]).isZero()) ++i;
-  VoxelBlock& block = map.block(surface[i].slot);
+  test::BlockEdit block_edit(map.block(surface[i].slot));
+  BlockPlanes& block = *block_edit;
   block.weight[surface[i].voxel - std::size_t{1}] = 0;
   EXPECT_TRUE(normal_of(map, surface[i]).isZero());
 }
 
 TEST(Normals, OfAFlatFieldAreZeroAndNotNan) {
   VoxelMap map{MapOptions{}};
-  map.block(map.allocate({0, 0, 0})).weight.fill(1);
+  test::BlockEdit(map.block(map.allocate({0, 0, 0})))->weight.fill(1);
   const SurfaceVoxels surface(map);
   ASSERT_EQ(surface.size(), static_cast<std::size_t>(kBlockVoxels));
   for (std::uint32_t i = 0; i < surface.size(); ++i) ASSERT_TRUE(normal_of(map, surface[i]).isZero());

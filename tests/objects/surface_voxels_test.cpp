@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "panoptic/parallel.h"
+#include "tests/block_planes.h"
 #include "tests/fusion/small_maps.h"
 
 namespace panoptic {
@@ -29,7 +30,7 @@ std::vector<Found> naive_surface(const VoxelMap& map) {
       for (int y = 0; y < kBlockSide; ++y) {
         for (int x = 0; x < kBlockSide; ++x) {
           const auto v = static_cast<std::size_t>(voxel_offset(x, y, z));
-          const VoxelBlock& block = map.block(slot);
+          const BlockPlanes block = test::planes_of(map.block(slot));
           if (block.weight[v] <= 0 || std::abs(block.distance[v]) > 1.5F * map.voxel_size_m()) continue;
           result.push_back({{b.x * kBlockSide + x, b.y * kBlockSide + y, b.z * kBlockSide + z}, pid(block.label[v])});
         }
@@ -83,7 +84,7 @@ TEST(SurfaceVoxels, AreTheObservedVoxelsNearTheSurfaceInOrder) {
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
     const SurfaceVoxel& voxel = surface[i];
     ASSERT_EQ(Found(voxel.at, voxel.label), expected[i]);
-    EXPECT_EQ(map.block(voxel.slot).label[voxel.voxel], number(voxel.label));
+    EXPECT_EQ(map.block(voxel.slot).label(voxel.voxel), number(voxel.label));
   }
 }
 
@@ -161,7 +162,7 @@ TEST(SurfaceVoxels, WritesOnlyLabelsThatChangedAndMarksTheirBlocks) {
   const SurfaceVoxels again(map);
   for (std::uint32_t i = 0; i < again.size(); ++i) {
     EXPECT_EQ(again[i].label, surface[i].label);
-    EXPECT_EQ(map.block(again[i].slot).label_weight[again[i].voxel], 2) << "weights stay";
+    EXPECT_EQ(map.block(again[i].slot).label_weight(again[i].voxel), 2) << "weights stay";
   }
 }
 
@@ -183,9 +184,9 @@ TEST(SurfaceVoxels, AfterAnUpdateAreAsIfMadeAnew) {
     const Slot slot = round == 2 ? map.allocate({2, 1, 0}) : static_cast<Slot>(random() % map.block_count());
     for (int n = 0; n < 100; ++n) {
       const std::size_t v = random() % kBlockVoxels;
-      map.block(slot).weight[v] = static_cast<float>(n % 3);
-      map.block(slot).distance[v] = static_cast<float>(n % 2) * map.truncation_m();
-      map.block(slot).label[v] = 3;
+      map.block(slot).set(
+          static_cast<int>(v),
+          {.distance = static_cast<float>(n % 2) * map.truncation_m(), .weight = static_cast<float>(n % 3), .label = 3});
     }
     map.mark_changed(slot);
     surface.update(map);
