@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <system_error>
@@ -34,6 +35,18 @@ int unnamed_file(const std::filesystem::path& folder) {
   }
   ::unlink(name.c_str());
   return named;
+}
+
+// Addresses where nothing lies yet; nullptr if there are none.
+std::byte* aligned_place(std::size_t bytes, std::size_t alignment) {
+  void* const memory = ::mmap(nullptr, bytes + alignment, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (memory == MAP_FAILED) return nullptr;
+  const auto first = reinterpret_cast<std::uintptr_t>(memory);
+  const std::size_t before = (alignment - first % alignment) % alignment;
+  auto* const place = static_cast<std::byte*>(memory) + before;
+  if (before > 0) ::munmap(memory, before);
+  ::munmap(place + bytes, alignment - before);
+  return place;
 }
 
 }  // namespace
@@ -85,10 +98,12 @@ void BlockPager::add_chunk() {
     throw Error(fmt::format("no {} MB more for the map in {}: {}; free some space or set map.swap_folder", kBytes >> 20,
                             folder_.string(), reason(error)));
   }
-  void* const memory = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, begin);
-  if (memory == MAP_FAILED)
+  std::byte* const place = aligned_place(kBytes, kRegionPages * kPage);
+  if (place == nullptr || ::mmap(place, kBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, file_, begin) == MAP_FAILED) {
     throw Error(fmt::format("the map's file in {} cannot be mapped: {}", folder_.string(), reason(errno)));
-  chunks_.push_back(static_cast<std::byte*>(memory));
+  }
+  ::madvise(place, kBytes, MADV_RANDOM);  // what is around a page that is needed is mostly of other blocks
+  chunks_.push_back(place);
 }
 
 void BlockPager::came_in(std::size_t pages) {

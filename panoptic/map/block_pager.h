@@ -52,7 +52,9 @@ class BlockPager {
 
  private:
   static constexpr std::size_t kPage = 4096;
-  static constexpr std::size_t kRegionPages = 24;  // a block all of whose voxels are stored
+  // A block all of whose voxels are stored takes 24 pages. The system brings in 16 aligned ones at a time if it can; so that these
+  // never belong to two blocks, regions are a multiple of that.
+  static constexpr std::size_t kRegionPages = 32;
   static constexpr std::size_t kChunkRegions = 256;
   static constexpr std::size_t kChunkBlocks = 256;
   static constexpr std::uint32_t kAway = 0;  // in the file alone, as far as touch was told

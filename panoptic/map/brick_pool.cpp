@@ -59,12 +59,15 @@ std::size_t BrickPool::bytes() const {
 }
 
 std::byte* BrickPool::cut(std::size_t bytes) {
-  if (left_ < bytes) {
-    std::byte* const extent = extents_(extent_bytes_);  // throws before anything changed
-    if (left_ > 0) free_[left_ / size_of(kStep) - 1].push_back(next_);
-    bytes_ += left_;
-    next_ = extent;
-    left_ = extent_bytes_;
+  while (left_ < bytes) {
+    std::byte* const extent = extents_(extent_bytes_);  // may throw, before anything changed
+    if (extent != next_ + left_) {
+      if (left_ >= size_of(kStep)) free_[left_ / size_of(kStep) - 1].push_back(next_);
+      bytes_ += left_;
+      next_ = extent;
+      left_ = 0;
+    }
+    left_ += extent_bytes_;
   }
   left_ -= bytes;
   bytes_ += bytes;

@@ -18,7 +18,7 @@ namespace panoptic {
 
 class BrickPool {
  public:
-  // Returns that many bytes, aligned to 64, which stay until the pool is no more. May throw Error.
+  // Returns that many bytes, a multiple of 64 and aligned to it, which stay until the pool is no more. May throw Error.
   using Extents = std::function<std::byte*(std::size_t bytes)>;
   BrickPool(std::size_t extent_bytes, Extents extents) : extent_bytes_(extent_bytes), extents_(std::move(extents)) {}
   // Extents on the heap.

@@ -260,14 +260,15 @@ TEST(Regularizer, OddMapsAreLeftInOrder) {
   EXPECT_EQ(label_weight_sum(unsure), 0);
 
   VoxelMap spoilt = floor_map(32, noisy_halves);
-  test::BlockEdit block_edit(spoilt.block(0));
-  BlockPlanes& block = *block_edit;
-  block.distance[5] = std::nanf("");
-  block.weight[6] = std::nanf("");
-  block.label_weight[7] = 1e30F;
-  block.label_weight[8] = -3;
+  {
+    test::BlockEdit block(spoilt.block(0));
+    block->distance[5] = std::nanf("");
+    block->weight[6] = std::nanf("");
+    block->label_weight[7] = 1e30F;
+    block->label_weight[8] = -3;
+  }
   Regularizer(paper(), spoilt).run(spoilt);
-  for (std::size_t v = 0; v < kBlockVoxels; ++v) EXPECT_FALSE(std::isnan(block.label_weight[v]));
+  for (int v = 0; v < kBlockVoxels; ++v) EXPECT_FALSE(std::isnan(spoilt.block(0).label_weight(v)));
 }
 
 TEST(Regularizer, ThousandsOfLabelsInATileStayWithinMemory) {

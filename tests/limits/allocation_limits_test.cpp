@@ -27,7 +27,6 @@
 #include "panoptic/predict/coco_panoptic.h"
 #include "panoptic/predict/prediction_io.h"
 #include "panoptic/source.h"
-#include "tests/block_planes.h"
 #include "tests/fresh_folder.h"
 #include "tests/limits/allocation_meter.h"
 
@@ -260,9 +259,7 @@ class MapLimits : public testing::Test {
   MapLimits() {
     const LabelSet labels("one", {{ClassId{1}, "wall", false, {}}, {ClassId{2}, "chair", true, {}}});
     PanopticMap map({}, labels);
-    test::BlockEdit block_edit(map.voxels.block(map.voxels.allocate({0, 0, 0})));
-    BlockPlanes& block = *block_edit;
-    block.weight[0] = block.label_weight[0] = block.vote_sum[0] = 1;
+    map.voxels.block(map.voxels.allocate({0, 0, 0})).set(0, {.weight = 1, .label_weight = 1, .vote_sum = 1});
     MapUpdate update = whole_map(map);
     update.notes.states["bytes"] = Bytes(100, 7);
     save_map(path_, {MapOptions{}, labels}, update);

@@ -161,7 +161,7 @@ TEST(BlockPager, AFullDiskIsAnErrorAndLeavesTheMapAsItWas) {
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit one_chunk{30U << 20, before.rlim_max};
+  const rlimit one_chunk{40U << 20, before.rlim_max};
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &one_chunk), 0);
   Slot made = 0;
   EXPECT_THAT(test::error_of([&] {

@@ -212,11 +212,11 @@ void overrule(test::World& world, LabelSlot voted) {
   const SurfaceVoxels surface(world.map);
   for (std::uint32_t i = 0; i < surface.size(); i += 10) {
     const auto [slot, voxel] = surface.place_of(i);
-    test::BlockEdit block_edit(world.map.block(slot));
-    BlockPlanes& block = *block_edit;
-    block.vote_sum[voxel] = 5;
+    Voxel held = world.map.block(slot).at(voxel);
+    held.vote_sum = 5;
+    world.map.block(slot).set(voxel, held);
     if (surface.label(i) == voted) continue;
-    world.votes.record(slot, {voxel, {number(voted), 5}, {block.label[voxel], block.label_weight[voxel]}});
+    world.votes.record(slot, {voxel, {number(voted), 5}, {held.label, held.label_weight}});
   }
 }
 

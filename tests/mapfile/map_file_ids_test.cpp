@@ -8,7 +8,6 @@
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/mapfile/sqlite.h"
-#include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 
@@ -35,12 +34,8 @@ ObjectRegistry some_objects() {
 std::filesystem::path saved(const ObjectRegistry& objects) {
   const MapHeader header{{}, {"test", {{ClassId{1}, "wall", false, {}}, {ClassId{3}, "chair", true, {}}}}};
   PanopticMap map(header.labels, VoxelMap(header.options), objects);
-  test::BlockEdit block_edit(map.voxels.block(map.voxels.allocate({0, 0, 0})));
-  BlockPlanes& block = *block_edit;
-  for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-    block.weight[v] = 1;
-    block.label[v] = v % 2 == 0 ? 4 : 6;
-  }
+  VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
+  for (int v = 0; v < kBlockVoxels; ++v) block.set(v, {.weight = 1, .label = v % 2 == 0 ? std::uint16_t{4} : std::uint16_t{6}});
   const auto path = test::fresh_folder() / "map.panoptic";
   save_map(path, header, whole_map(map));
   return path;

@@ -6,7 +6,6 @@
 
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/mapper_parts.h"
-#include "tests/block_planes.h"
 #include "tests/mapping/ball_on_floor.h"
 
 namespace panoptic {
@@ -24,12 +23,11 @@ Frame ball_frame() {
 // One block far from the ball, of floor, but for some voxels of slot 6.
 VoxelMap far_map() {
   VoxelMap map{MapOptions{}};
-  test::BlockEdit block_edit(map.block(map.allocate({100, 100, 100})));
-  BlockPlanes& block = *block_edit;
-  block.weight.fill(1);
-  block.label.fill(kFloor);
-  block.label_weight.fill(0.5F);
-  for (std::size_t v = 0; v < 64; ++v) block.label[v] = kFirst + 2;
+  VoxelBlock& block = map.block(map.allocate({100, 100, 100}));
+  for (int v = 0; v < kBlockVoxels; ++v) {
+    const std::uint16_t label = v < 64 ? kFirst + 2 : kFloor;
+    block.set(v, {.weight = 1, .label_weight = 0.5F, .label = label});
+  }
   return map;
 }
 

@@ -188,12 +188,10 @@ TEST(Mesher, AnUpdateOfWhatChangedEqualsAFreshMesh) {
 
 TEST(Mesher, CellsWithAnUnobservedCornerAreLeftOut) {
   PanopticMap map = empty_map();
-  test::BlockEdit block_edit(map.voxels.block(map.voxels.allocate({0, 0, 0})));
-  BlockPlanes& block = *block_edit;
-  block.weight.fill(1);
-  for (int i = 0; i < kBlockVoxels; ++i) block.distance[static_cast<std::size_t>(i)] = static_cast<float>(i / 256) - 7.5F;
+  VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
+  for (int i = 0; i < kBlockVoxels; ++i) block.set(i, {.distance = static_cast<float>(i / 256) - 7.5F, .weight = 1});
   EXPECT_EQ(mesh_of(map).triangles.size(), 15U * 15U * 2U);
-  block.weight[static_cast<std::size_t>(voxel_offset(5, 5, 7))] = 0;
+  block.set(voxel_offset(5, 5, 7), {});
   EXPECT_EQ(mesh_of(map).triangles.size(), 15U * 15U * 2U - 4 * 2U);
 }
 

@@ -195,13 +195,9 @@ TEST(Contacts, AreMeasuredFromTheSmallerObject) {
 // Equal sizes: the younger object is the part.
 TEST(Contacts, BetweenTwinsTheYoungerIsTheSmaller) {
   VoxelMap map{MapOptions{}};
-  test::BlockEdit block_edit(map.block(map.allocate({-1, 0, 0})));
-  BlockPlanes& block = *block_edit;
-  for (const int x : {4, 5}) {
-    const auto v = static_cast<std::size_t>(voxel_offset(x, 0, 0));
-    block.weight[v] = 1;
-    block.label[v] = static_cast<std::uint16_t>(x == 4 ? 90 : 80);
-  }
+  VoxelBlock& block = map.block(map.allocate({-1, 0, 0}));
+  block.set(voxel_offset(4, 0, 0), {.weight = 1, .label = 90});
+  block.set(voxel_offset(5, 0, 0), {.weight = 1, .label = 80});
   const SurfaceVoxels surface(map);
   const std::vector<LabelSlot> ids = {pid(80), pid(90)};
   const std::vector<Contact> contacts = contacts_between(ids, surface.by_label(), surface, 1);

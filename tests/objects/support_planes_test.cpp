@@ -69,9 +69,7 @@ TEST(Normals, AreZeroWhereANeighbourWasNotObserved) {
   const SurfaceVoxels surface(map);
   std::uint32_t i = 0;
   while (surface[i].voxel % kBlockSide == 0 || normal_of(map, surface[i]).isZero()) ++i;
-  test::BlockEdit block_edit(map.block(surface[i].slot));
-  BlockPlanes& block = *block_edit;
-  block.weight[surface[i].voxel - std::size_t{1}] = 0;
+  map.block(surface[i].slot).set(surface[i].voxel - 1, {});
   EXPECT_TRUE(normal_of(map, surface[i]).isZero());
 }
 
