@@ -17,7 +17,7 @@ inline BlockPlanes planes_of(const VoxelBlock& block) {
   return planes;
 }
 
-// What is changed is in the block when this goes out of scope.
+// Changes are in the block when this goes out of scope.
 class BlockEdit {
  public:
   explicit BlockEdit(VoxelBlock& block) : block_(block), planes_(std::make_unique<BlockPlanes>()) { block.unpack(*planes_); }

@@ -173,7 +173,7 @@ std::vector<bool> ids_in_use(const VoxelMap& map) {
   return used;
 }
 
-// Of all voxels, stored or not, so that it does not depend on how they are stored.
+// It is one of all voxels, stored or not, so that it does not depend on how they are stored.
 std::uint64_t VoxelMap::hash() const {
   constexpr std::size_t kHashedTogether = 16;
   std::vector<Slot> order(blocks_.size());

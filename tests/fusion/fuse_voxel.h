@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What one observation does to one voxel, written plainly (Eq. 6-11).
+// The effect of one observation on one voxel, written plainly (Eq. 6-11).
 #pragma once
 
 #include <cstdint>
