@@ -35,9 +35,13 @@ inline std::vector<std::vector<double>> naive_mean_field(const CrfGraph& g, cons
       n2[i] += k2[i][j];
     }
   }
-  const auto weight = [&](std::size_t i, std::size_t j) {
-    return s.w1 * k1[i][j] / std::sqrt(n1[i] * n1[j]) + s.w2 * k2[i][j] / std::sqrt(n2[i] * n2[j]);
-  };
+  std::vector<std::vector<double>> weight(n, std::vector<double>(n, 0.0));  // none of a voxel to itself
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      if (i == j) continue;
+      weight[i][j] = s.w1 * k1[i][j] / std::sqrt(n1[i] * n1[j]) + s.w2 * k2[i][j] / std::sqrt(n2[i] * n2[j]);
+    }
+  }
   std::vector<std::vector<double>> messages(n, std::vector<double>(g.label_count, 0.0));
   std::vector<std::vector<double>> q = messages;
   for (int t = 0; t <= iterations; ++t) {
@@ -53,9 +57,7 @@ inline std::vector<std::vector<double>> naive_mean_field(const CrfGraph& g, cons
     for (std::size_t i = 0; i < n && t < iterations; ++i) {
       std::fill(messages[i].begin(), messages[i].end(), 0.0);
       for (std::size_t j = 0; j < n; ++j) {
-        if (i == j) continue;
-        const double w = weight(i, j);
-        for (std::size_t l = 0; l < g.label_count; ++l) messages[i][l] += w * q[j][l];
+        for (std::size_t l = 0; l < g.label_count; ++l) messages[i][l] += weight[i][j] * q[j][l];
       }
     }
   }

@@ -93,10 +93,11 @@ double naive_mask_score(const std::vector<Tensor>& outputs, const Cell& cell, do
   x = std::clamp(x, 0.0, kPrototypeSide - 1.0);
   y = std::clamp(y, 0.0, kPrototypeSide - 1.0);
   double value = 0;
-  for (int j = 0; j < kPrototypeSide; ++j) {
-    for (int i = 0; i < kPrototypeSide; ++i) {
-      const double share = std::max(0.0, 1 - std::abs(x - i)) * std::max(0.0, 1 - std::abs(y - j));
-      if (share == 0) continue;
+  const int left = static_cast<int>(x);
+  const int top = static_cast<int>(y);
+  for (int j = top; j <= std::min(top + 1, kPrototypeSide - 1); ++j) {
+    for (int i = left; i <= std::min(left + 1, kPrototypeSide - 1); ++i) {
+      const double share = (1 - std::abs(x - i)) * (1 - std::abs(y - j));
       double dot = 0;
       for (int k = 0; k < kPrototypes; ++k) {
         dot += at(outputs[6 + cell.stride_index], k, cell.y, cell.x) * at(outputs[9], k, j, i);

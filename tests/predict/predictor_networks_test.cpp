@@ -174,12 +174,18 @@ std::map<std::string, int> pixels_per_class(Predictor& predictor, const std::fil
   return pixels;
 }
 
+// Read once for the tests that share it.
+Predictor& indoor_predictor() {
+  static const auto kPredictor = make_network_predictor(
+      {.semantic = {shipped("enet_scannet_nyu40")}, .instance = shipped("yolov8n_seg_coco")}, load_label_set("indoor"));
+  return *kPredictor;
+}
+
 TEST(NetworkPredictor, SeesTheKitchen) {
   PANOPTIC_REQUIRE_SHARED("models");
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
-  const auto predictor = make_network_predictor(
-      {.semantic = {shipped("enet_scannet_nyu40")}, .instance = shipped("yolov8n_seg_coco")}, load_label_set("indoor"));
-  const auto pixels = pixels_per_class(*predictor, test::shared_folder() / "data/kitchen/frame-000000.color.jpg", "kitchen");
+  const auto pixels =
+      pixels_per_class(indoor_predictor(), test::shared_folder() / "data/kitchen/frame-000000.color.jpg", "kitchen");
   EXPECT_GT(pixels.at("table"), 50000);
   EXPECT_GT(pixels.at("chair"), 10000);
   EXPECT_GT(pixels.at("cup"), 500);
@@ -189,16 +195,14 @@ TEST(NetworkPredictor, SeesTheKitchen) {
 TEST(NetworkPredictor, ItsHalvesAtOnceJoinToWhatItPredicts) {
   PANOPTIC_REQUIRE_SHARED("models");
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
-  const auto predictor = make_network_predictor(
-      {.semantic = {shipped("enet_scannet_nyu40")}, .instance = shipped("yolov8n_seg_coco")}, load_label_set("indoor"));
   const Frame frame = frame_of(read_rgb(test::shared_folder() / "data/kitchen/frame-000000.color.jpg"));
-  const auto halves = predictor->halves();
+  const auto halves = indoor_predictor().halves();
   ASSERT_TRUE(halves.has_value());
   Image<ClassId> classes;
   std::thread beside([&] { classes = halves->semantic(frame.color); });
   const std::vector<Instance> instances = halves->instances(frame.color);
   beside.join();
-  EXPECT_EQ(halves->join(classes, instances), predictor->predict(frame));
+  EXPECT_EQ(halves->join(classes, instances), indoor_predictor().predict(frame));
 }
 
 TEST(NetworkPredictor, OfOneNetworkHasNoHalves) {
