@@ -57,12 +57,12 @@ TEST(Recordings, StreamingHoldsAFewFramesAtATime) {
   GTEST_SKIP() << "sanitizers keep freed memory";
 #endif
   const auto dataset = open_recording(shared_folder() / "data" / "kitchen");
-  FrameStream stream(*dataset, {0, 150, 1});
-  for (int i = 0; i < 30; ++i) stream.next();
+  FrameStream stream(*dataset, {0, 70, 1});
+  for (int i = 0; i < 20; ++i) stream.next();
   const double before_mb = peak_rss_mb();
   while (stream.next()) {
   }
-  EXPECT_LT(peak_rss_mb() - before_mb, 15);  // 120 frames more are 260 MB
+  EXPECT_LT(peak_rss_mb() - before_mb, 15);  // 50 frames more are 108 MB
 }
 
 }  // namespace

@@ -207,7 +207,8 @@ std::pair<int, std::string> validate(const std::filesystem::path& path) {
 class GlbValidator : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto [code, output] = validate("/dev/null");
+    static const auto kTried = validate("/dev/null");
+    const auto& [code, output] = kTried;
     if (code == 127) GTEST_SKIP() << "node is not installed, so the Khronos validator did not run";
     if (code == 3) GTEST_SKIP() << "the Khronos validator did not run: " << output;
   }
