@@ -35,11 +35,26 @@ const Simulation& simulation() {
 // One room, filmed; things may be put elsewhere before.
 class FilmedHome {
  public:
-  explicit FilmedHome(const Scene& scene) : scene_(scene), renderer_(scene_) {}
+  explicit FilmedHome(const Scene& scene) {
+    const Renderer renderer(scene);
+    for (int i = 0; i < kFrames; ++i) views_.push_back(view(renderer, i));
+  }
 
-  test::LabelledView view(int i) const {
+  // Into `name`.panoptic in the test's folder.
+  std::filesystem::path map(const std::string& name, int begin = 0, int end = kFrames) const {
+    RunIdentity run{"home " + name, "", "", {}};
+    run.options.map.voxel_size_m = 0.05F;
+    run.options.depth.max_m = 6;
+    const auto path = fresh_folder(name) / (name + ".panoptic");
+    const auto view = [&](int i) { return views_[static_cast<std::size_t>(i)]; };
+    test::map_views(view, begin, end, run, load_label_set("scannet20"), path);
+    return path;
+  }
+
+ private:
+  static test::LabelledView view(const Renderer& renderer, int i) {
     const Pose pose = simulation().true_path()[static_cast<std::size_t>(i)];
-    Rendering r = renderer_.render(kCamera, pose);
+    Rendering r = renderer.render(kCamera, pose);
     Frame frame;
     frame.index = i;
     frame.time_s = i / 30.0;
@@ -50,17 +65,6 @@ class FilmedHome {
     return {std::move(frame), segmented(r)};
   }
 
-  // Into `name`.panoptic in the test's folder.
-  std::filesystem::path map(const std::string& name, int begin = 0, int end = kFrames) const {
-    RunIdentity run{"home " + name, "", "", {}};
-    run.options.map.voxel_size_m = 0.05F;
-    run.options.depth.max_m = 6;
-    const auto path = fresh_folder(name) / (name + ".panoptic");
-    test::map_views([&](int i) { return view(i); }, begin, end, run, load_label_set("scannet20"), path);
-    return path;
-  }
-
- private:
   // The truth: a segment per thing and per class of stuff.
   static Segmentation segmented(const Rendering& r) {
     const LabelSet labels = load_label_set("scannet20");
@@ -77,9 +81,18 @@ class FilmedHome {
     return s;
   }
 
-  Scene scene_;
-  Renderer renderer_;
+  std::vector<test::LabelledView> views_;
 };
+
+// Shared by both tests: as the home is, and all of it mapped.
+const FilmedHome& home_as_it_is() {
+  static const FilmedHome kHome(simulation().home().scene);
+  return kHome;
+}
+const std::filesystem::path& whole_home_map() {
+  static const std::filesystem::path kPath = home_as_it_is().map("whole");
+  return kPath;
+}
 
 // Metres from each vertex of one mesh to the nearest of the other, by the median.
 double median_distance_m(const Mesh& from, const Mesh& to) {
@@ -102,13 +115,12 @@ Mesh mesh_of(const SavedMap& saved) {
 std::size_t objects_with_surface(const SavedMap& saved) { return MapQuery(saved.map).objects().size(); }
 
 TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
-  const FilmedHome home(simulation().home().scene);
-  const auto whole_path = home.map("whole");
+  const FilmedHome& home = home_as_it_is();
   const auto a = home.map("a", 0, 50);
   const auto b = home.map("b", 40, kFrames);
   const auto merged_path = fresh_folder("merged") / "merged.panoptic";
   const MergedFiles summary = merge_map_files(a, b, merged_path);
-  const SavedMap whole = load_map(whole_path);
+  const SavedMap whole = load_map(whole_home_map());
   const SavedMap merged = load_map(merged_path);
   const auto count = static_cast<double>(objects_with_surface(whole));
   EXPECT_NEAR(static_cast<double>(objects_with_surface(merged)), count, std::max(2.0, 0.15 * count));
@@ -131,8 +143,7 @@ TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
 }
 
 TEST(HomeMaps, WhatWasTakenAwayAndWhatWasMovedIsFound) {
-  const Scene& before = simulation().home().scene;
-  Scene after = before;
+  Scene after = simulation().home().scene;
   const auto named = [&](const char* name) {
     return std::find_if(after.objects.begin(), after.objects.end(), [&](const SceneObject& o) { return o.name == name; });
   };
@@ -146,7 +157,7 @@ TEST(HomeMaps, WhatWasTakenAwayAndWhatWasMovedIsFound) {
   ASSERT_NE(shelf, after.objects.end()) << "this home has no bookshelf";
   const Vec3d shelf_was = shelf->world_from_object.translation();
   after.objects.erase(shelf);
-  const MapWithFrames a = load_map_with_frames(FilmedHome(before).map("a"));
+  const MapWithFrames a = load_map_with_frames(whole_home_map());
   const MapWithFrames b = load_map_with_frames(FilmedHome(after).map("b"));
   const MapDiff diff = diff_maps(a, b, "A", "B");
   const LabelSet& labels = a.saved.map.labels;

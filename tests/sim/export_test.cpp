@@ -125,6 +125,7 @@ TEST(Export, LeavesNothingWhenStopped) {
   const fs::path folder = fresh_folder();
   ExportOptions options = small_home("none");
   options.predictions = "none";
+  options.frames = 2;
   const Simulation simulation(simulation_options(options));
   EXPECT_FALSE(export_scan(simulation, options, folder / "home", [](std::size_t) { return false; }));
   EXPECT_TRUE(fs::is_empty(folder));

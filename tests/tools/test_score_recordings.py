@@ -125,7 +125,8 @@ class Kitchen(unittest.TestCase):
     def test_predicts_once_and_maps_moved_recordings(self):
         with tempfile.TemporaryDirectory() as root:
             root = pathlib.Path(root)
-            command = [sys.executable, TOOL, "a:networks=yolo", "b:networks=yolo,tracker.iou_threshold=0.5", "--recordings", "kitchen",
+            command = [sys.executable, TOOL, "a:networks=yolo,map.voxel_size_m=0.05",
+                       "b:networks=yolo,map.voxel_size_m=0.05,tracker.iou_threshold=0.5", "--recordings", "kitchen",
                        "--frames", "0:9:3", "--moves", "2", "--program", PROGRAM, "--out", root / "out", "--json", root / "scores.json"]
             result = subprocess.run(command, capture_output=True, text=True, check=False)
             self.assertEqual(result.returncode, 0, result.stderr)
