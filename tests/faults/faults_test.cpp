@@ -157,7 +157,7 @@ TEST_F(Faults, WhatIsNotOnTheDiskIsNotSaidToBe) {
 
 TEST_F(Faults, WhatCannotBeReadIsNotTakenForAbsent) {
   for (const char* fault : {"a read fails", "a file's state cannot be read", "a folder cannot be listed"}) {
-    for (const char* name : {"run", "mesh"}) sweep(world_.operation(name), fault_named(fault), 2);
+    for (const char* name : {"run_paged", "mesh"}) sweep(world_.operation(name), fault_named(fault), 2);
   }
 }
 

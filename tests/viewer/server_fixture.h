@@ -49,4 +49,19 @@ class Served : public testing::Test {
   std::uint16_t port_ = 0;
 };
 
+// A server of its own, and a browser that has told it something and waits for seconds, while the other tests of a suite run.
+struct WaitingBrowser {
+  explicit WaitingBrowser(const std::string& told) {
+    latest.publish(world.snapshot());
+    server = std::make_unique<ViewerServer>(ViewerOptions{.port = 0}, world.scene(), latest);
+    browser = std::make_unique<Browser>(port_of(*server));
+    browser->say(told);
+  }
+
+  SmallWorld world;
+  LatestSnapshot latest;
+  std::unique_ptr<ViewerServer> server;
+  std::unique_ptr<Browser> browser;
+};
+
 }  // namespace panoptic::test
