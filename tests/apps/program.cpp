@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <map>
 #include <sstream>
 
 #include "panoptic/base/files.h"
@@ -45,6 +46,19 @@ ProgramResult result_of(const RunningProgram& program) {
   int status = 0;
   waitpid(program.pid, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(program.out), read_file(program.err)};
+}
+
+void write_orbit_frame(const std::filesystem::path& stem, int index) {
+  const Frame frame = orbit_frame(index);
+  Image<std::uint16_t> depth_mm(frame.depth.width(), frame.depth.height());
+  for (std::size_t p = 0; p < depth_mm.size(); ++p)
+    depth_mm[p] = static_cast<std::uint16_t>(std::min(frame.depth[p], 60.0F) * 1000);
+  write_png(stem.string() + ".depth.png", depth_mm);
+  write_png(stem.string() + ".color.png", frame.color);
+  std::ostringstream pose;
+  pose.precision(12);
+  pose << frame.world_from_camera.matrix() << "\n";
+  write_file(stem.string() + ".pose.txt", pose.str());
 }
 
 }  // namespace
@@ -84,22 +98,24 @@ Frame orbit_frame(int index) {
   return render(scene, camera, look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), index);
 }
 
+void fill_once(const std::filesystem::path& folder, const std::string& name, const std::function<void()>& make) {
+  static std::map<std::string, std::map<std::string, std::string>> made;  // bytes by file, by name
+  const auto [files, is_new] = made.try_emplace(name);
+  if (!is_new) {
+    for (const auto& [file, bytes] : files->second) write_file(folder / file, bytes);
+    return;
+  }
+  make();
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    files->second[entry.path().filename().string()] = read_file(entry.path());
+}
+
 void write_orbit_recording(const std::filesystem::path& folder, int frames) {
   std::filesystem::create_directories(folder);
-  write_file(folder / "camera-intrinsics.txt", "146.25 0 80\n0 146.25 60\n0 0 1\n");
-  for (int i = 0; i < frames; ++i) {
-    const Frame frame = orbit_frame(i);
-    Image<std::uint16_t> depth_mm(160, 120);
-    for (std::size_t p = 0; p < depth_mm.size(); ++p)
-      depth_mm[p] = static_cast<std::uint16_t>(std::min(frame.depth[p], 60.0F) * 1000);
-    const std::filesystem::path stem = folder / fmt::format("frame-{:06}", i);
-    write_png(stem.string() + ".depth.png", depth_mm);
-    write_png(stem.string() + ".color.png", frame.color);
-    std::ostringstream pose;
-    pose.precision(12);
-    pose << frame.world_from_camera.matrix() << "\n";
-    write_file(stem.string() + ".pose.txt", pose.str());
-  }
+  fill_once(folder, fmt::format("orbit of {} frames", frames), [&] {
+    write_file(folder / "camera-intrinsics.txt", "146.25 0 80\n0 146.25 60\n0 0 1\n");
+    for (int i = 0; i < frames; ++i) write_orbit_frame(folder / fmt::format("frame-{:06}", i), i);
+  });
 }
 
 std::vector<std::string> lines(const std::string& text) {

@@ -37,6 +37,9 @@ std::vector<ProgramResult> run_at_once(const std::vector<std::vector<std::string
 // Waits until the text is in the file; false if the program ended first.
 bool wait_for_text(const RunningProgram& program, const std::filesystem::path& file, const std::string& text);
 
+// Fills the empty folder with files by `make`, or with copies of what it made for this `name` earlier in the process.
+void fill_once(const std::filesystem::path& folder, const std::string& name, const std::function<void()>& make);
+
 // A ball on a floor, seen from an orbit, as a 7-Scenes recording in the folder.
 void write_orbit_recording(const std::filesystem::path& folder, int frames);
 Frame orbit_frame(int index);

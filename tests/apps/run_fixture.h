@@ -23,7 +23,11 @@ namespace panoptic::test {
 
 class Run : public testing::Test {
  protected:
-  Run() : recording_(fresh_folder("recording")), out_(fresh_folder("out")) { write_orbit_recording(recording_, 12); }
+  Run() : recording_(fresh_folder("recording")), out_(fresh_folder("out")) { write_orbit_recording(recording_, kFrames); }
+
+  static constexpr int kFrames = 12;
+  // A later --set wins, where a test needs more voxels. With those of the default size a run takes four times as long.
+  static inline const std::vector<std::string> kCoarse = {"--set", "map.voxel_size_m=0.06"};
 
   // Without pictures, which take longer than all the rest, unless a test is about them.
   ProgramResult run(std::vector<std::string> more = {}) const {
@@ -31,7 +35,7 @@ class Run : public testing::Test {
     return run_with_pictures(more);
   }
   ProgramResult run_with_pictures(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> arguments{"run", recording_.string(), "-o", out_.string()};
+    std::vector<std::string> arguments{"run", recording_.string(), "-o", out_.string(), kCoarse[0], kCoarse[1]};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(arguments);
   }
@@ -41,29 +45,34 @@ class Run : public testing::Test {
   }
 
   // Predictions in which the ball is a chair whose segment number changes from frame to frame.
-  std::filesystem::path write_predictions() const {
+  static std::filesystem::path write_predictions() {
     std::filesystem::path folder = fresh_folder("predictions");
-    const LabelSet labels = load_label_set("indoor");
-    const ClassId chair = labels.find("chair")->id;
-    const ClassId floor = labels.find("floor")->id;
-    PredictionWriter writer(folder, labels, "test");
-    for (int i = 0; i < 12; ++i) {
-      const Frame frame = orbit_frame(i);
-      Segmentation s{Image<std::uint16_t>(160, 120), {{chair, 0.8F, {{chair, 1.0F}}}, {floor, 1, {}}}};
-      if (i % 2 == 1) std::swap(s.segments[0], s.segments[1]);
-      for (int v = 0; v < 120; ++v) {
-        for (int u = 0; u < 160; ++u) {
-          const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-          s.segment_at(u, v) = static_cast<std::uint16_t>((p.y() > 0.599) == (i % 2 == 0) ? 2 : 1);
-        }
-      }
-      writer.write(i, s);
-    }
+    fill_once(folder, "predictions", [&] {
+      const LabelSet labels = load_label_set("indoor");
+      PredictionWriter writer(folder, labels, "test");
+      for (int i = 0; i < kFrames; ++i) writer.write(i, prediction(i, labels));
+    });
     return folder;
   }
 
   std::filesystem::path recording_;
   std::filesystem::path out_;
+
+ private:
+  static Segmentation prediction(int index, const LabelSet& labels) {
+    const ClassId chair = labels.find("chair")->id;
+    const ClassId floor = labels.find("floor")->id;
+    const Frame frame = orbit_frame(index);
+    Segmentation s{Image<std::uint16_t>(160, 120), {{chair, 0.8F, {{chair, 1.0F}}}, {floor, 1, {}}}};
+    if (index % 2 == 1) std::swap(s.segments[0], s.segments[1]);
+    for (int v = 0; v < 120; ++v) {
+      for (int u = 0; u < 160; ++u) {
+        const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
+        s.segment_at(u, v) = static_cast<std::uint16_t>((p.y() > 0.599) == (index % 2 == 0) ? 2 : 1);
+      }
+    }
+    return s;
+  }
 };
 
 // Nothing on stderr but progress and one line for a person, which holds the part.

@@ -55,7 +55,8 @@ TEST_F(Run, AFrameOfNumber0IsAFrameAlsoWhenItIsResumed) {
 TEST_F(Run, WithoutNetworksAndPredictionsThereIsNoObjectAndNoLabel) {
   const fs::path home = fresh_folder("homes") / "home";
   ASSERT_EQ(test::run_program({"simulate", "--seed", "1", "--rooms", "1", "--frames", "6", "-o", home.string()}).exit_code, 0);
-  const ProgramResult result = test::run_program({"run", "--no-pictures", home.string(), "-o", out_.string()});
+  const ProgramResult result =
+      test::run_program({"run", "--no-pictures", home.string(), "-o", out_.string(), kCoarse[0], kCoarse[1]});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(read_json_file(out_ / "objects.json")["objects"].size(), 0U);
   const Mesh mesh = read_ply(out_ / "mesh.ply");

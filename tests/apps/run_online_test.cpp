@@ -60,7 +60,7 @@ TEST_F(RunOnline, SpeedNeedsOnlineAndANumber) {
 
 TEST_F(RunOnline, InterruptedItWritesTheFinalStateOfWhatWasRead) {
   const ProgramResult result = run_program({"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--predictions",
-                                            write_predictions().string(), "--online", "--speed", "0.1"},
+                                            write_predictions().string(), kCoarse[0], kCoarse[1], "--online", "--speed", "0.1"},
                                            {}, [](const RunningProgram& program) {
                                              test::wait_for_text(program, program.out, "labels");
                                              usleep(700000);
