@@ -2,49 +2,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/map/block_pager.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <new>
-#include <string>
-#include <system_error>
 #include <utility>
 
-#include "panoptic/base/files.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
-namespace {
-
-std::string reason(int error) { return std::generic_category().message(error); }
-
-// Not every file system has files without a name; then one whose name is removed at once.
-int unnamed_file(const std::filesystem::path& folder) {
-  const int file = open_descriptor(folder, O_TMPFILE | O_RDWR, 0600);
-  if (file >= 0) return file;
-  std::string name = (folder / "panoptic_map_XXXXXX").string();
-  const int named = ::mkostemp(name.data(), O_CLOEXEC);
-  if (named < 0) {
-    throw Error(fmt::format("map.memory_limit_mb needs a file in {}: {}; set map.swap_folder to a folder that can be written",
-                            folder.string(), reason(errno)));
-  }
-  ::unlink(name.c_str());
-  return named;
-}
-
-}  // namespace
 
 BlockPager::BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder)
-    : folder_(folder), limit_(std::max(kFewestBlocks, limit_bytes / sizeof(VoxelBlock))), file_(unnamed_file(folder)) {}
+    : folder_(folder), limit_(std::max(kFewestBlocks, limit_bytes / sizeof(VoxelBlock))), file_(os::open_without_name(folder)) {
+  if (!file_.is_open()) {
+    throw Error(fmt::format("map.memory_limit_mb needs a file in {}: {}; set map.swap_folder to a folder that can be written",
+                            folder.string(), os::reason(errno)));
+  }
+}
 
 BlockPager::~BlockPager() {
-  for (const auto& chunk : chunks_) ::munmap(chunk->blocks, kChunkBlocks * sizeof(VoxelBlock));
-  ::close(file_);
+  for (const auto& chunk : chunks_) os::unmap(chunk->blocks, kChunkBlocks * sizeof(VoxelBlock));
 }
 
 VoxelBlock* BlockPager::add() {
@@ -56,18 +35,15 @@ VoxelBlock* BlockPager::add() {
 
 void BlockPager::add_chunk() {
   constexpr std::size_t kBytes = kChunkBlocks * sizeof(VoxelBlock);
-  const auto begin = static_cast<off_t>(chunks_.size() * kBytes);
-  int error = EINTR;
-  while (error == EINTR) error = ::posix_fallocate(file_, begin, kBytes);
-  if (error != 0) {
+  const std::uint64_t begin = chunks_.size() * kBytes;
+  if (!file_.take_space(begin, kBytes)) {
     throw Error(fmt::format("no {} MB more for the map in {}: {}; free some space or set map.swap_folder", kBytes >> 20,
-                            folder_.string(), reason(error)));
+                            folder_.string(), os::reason(errno)));
   }
   auto chunk = std::make_unique<Chunk>();
-  void* const memory = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, begin);
-  if (memory == MAP_FAILED)
-    throw Error(fmt::format("the map's file in {} cannot be mapped: {}", folder_.string(), reason(errno)));
-  chunk->blocks = static_cast<VoxelBlock*>(memory);
+  chunk->blocks = static_cast<VoxelBlock*>(file_.map(begin, kBytes));
+  if (chunk->blocks == nullptr)
+    throw Error(fmt::format("the map's file in {} cannot be mapped: {}", folder_.string(), os::reason(errno)));
   chunks_.push_back(std::move(chunk));
 }
 
@@ -99,7 +75,7 @@ void BlockPager::give_back(const std::vector<std::size_t>& slots) {
     Chunk& chunk = *chunks_[slots[begin] / kChunkBlocks];
     const std::size_t first = slots[begin] % kChunkBlocks;
     for (std::size_t i = first; i < first + end - begin; ++i) chunk.used_at[i].store(kAway, std::memory_order_relaxed);
-    ::madvise(&chunk.blocks[first], (end - begin) * sizeof(VoxelBlock), MADV_DONTNEED);
+    os::give_back(&chunk.blocks[first], (end - begin) * sizeof(VoxelBlock));
     begin = end;
   }
   in_memory_.fetch_sub(slots.size(), std::memory_order_relaxed);

@@ -17,6 +17,7 @@
 #include <mutex>
 #include <vector>
 
+#include "panoptic/base/os.h"
 #include "panoptic/voxel_map.h"
 
 namespace panoptic {
@@ -65,7 +66,7 @@ class BlockPager {
 
   std::filesystem::path folder_;
   std::size_t limit_;  // blocks
-  int file_ = -1;
+  os::File file_;
   std::size_t count_ = 0;
   std::vector<std::unique_ptr<Chunk>> chunks_;
   std::atomic<std::uint32_t> now_{1};
