@@ -71,12 +71,6 @@ ReadResult find_frame(const Dataset& dataset, std::int64_t index) {
   return {std::nullopt, {index, "is not in the recording"}};
 }
 
-void fill(const PixelBox& box, const Rgb& color, Image<Rgb>& sheet) {
-  for (int v = std::max(box.v0, 0); v < std::min(box.v1, sheet.height()); ++v) {
-    for (int u = std::max(box.u0, 0); u < std::min(box.u1, sheet.width()); ++u) sheet(u, v) = color;
-  }
-}
-
 struct Rect {
   double u0, v0, width, height;
 };
@@ -113,10 +107,10 @@ void draw_box(const PixelBox& box, const Rect& from, int left, int top, Image<Rg
   const auto column = [&](int u) { return left + static_cast<int>(std::lround((u - from.u0) * scale)); };
   const auto row = [&](int v) { return top + static_cast<int>(std::lround((v - from.v0) * scale)); };
   const PixelBox in = {column(box.u0), row(box.v0), column(box.u1), row(box.v1)};
-  fill({in.u0 - kThick_px, in.v0 - kThick_px, in.u1 + kThick_px, in.v0}, kHighlight, sheet);
-  fill({in.u0 - kThick_px, in.v1, in.u1 + kThick_px, in.v1 + kThick_px}, kHighlight, sheet);
-  fill({in.u0 - kThick_px, in.v0, in.u0, in.v1}, kHighlight, sheet);
-  fill({in.u1, in.v0, in.u1 + kThick_px, in.v1}, kHighlight, sheet);
+  fill(sheet, {in.u0 - kThick_px, in.v0 - kThick_px, in.u1 + kThick_px, in.v0}, kHighlight);
+  fill(sheet, {in.u0 - kThick_px, in.v1, in.u1 + kThick_px, in.v1 + kThick_px}, kHighlight);
+  fill(sheet, {in.u0 - kThick_px, in.v0, in.u0, in.v1}, kHighlight);
+  fill(sheet, {in.u1, in.v0, in.u1 + kThick_px, in.v1}, kHighlight);
 }
 
 void draw_view(const ReadResult& read, const RunObject::View& view, int left, Image<Rgb>& sheet) {
@@ -188,7 +182,7 @@ void draw_votes(const std::vector<RunObject::Votes>& bins, Image<Rgb>& sheet) {
       for (const auto& [name, votes] : bin.of_class) below += !rest && name == classes[i] ? static_cast<double>(votes) : 0;
       const double share = rest || total <= 0 ? 1 : below / total;
       const int top = kBarBottom_px - static_cast<int>(std::lround(share * (kBarBottom_px - kBarTop_px)));
-      fill({left, top, left + kBar_px, bottom}, rest ? kOther : kClassColors[i], sheet);
+      fill(sheet, {left, top, left + kBar_px, bottom}, rest ? kOther : kClassColors[i]);
       bottom = top;
     }
     left += kBar_px + 2;
