@@ -13,6 +13,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/json_value.h"
+#include "panoptic/data/label_json.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_text.h"
 #include "panoptic/outputs.h"
@@ -60,13 +61,6 @@ Vec3d vector_in(const JsonValue& value) {
   return {c[0].number(-kFarthest_m, kFarthest_m), c[1].number(-kFarthest_m, kFarthest_m), c[2].number(-kFarthest_m, kFarthest_m)};
 }
 
-Rgb color_in(const JsonValue& value) {
-  const std::vector<JsonValue> c = value.elements();
-  if (c.size() != 3) value.wrong("three numbers");
-  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(c[i].integer(0, 255)); };
-  return {byte(0), byte(1), byte(2)};
-}
-
 PixelBox box_in(const JsonValue& value) {
   const std::vector<JsonValue> c = value.elements();
   if (c.size() != 4) value.wrong("four numbers");
@@ -75,23 +69,6 @@ PixelBox box_in(const JsonValue& value) {
   const PixelBox box = {px(0), px(1), px(2), px(3)};
   if (box.u0 >= box.u1 || box.v0 >= box.v1) value.wrong("a box that is not empty");
   return box;
-}
-
-LabelSet labels_in(const JsonValue& report) {
-  std::vector<LabelClass> classes;
-  for (const JsonValue& entry : report.at("labels").elements()) {
-    LabelClass label;
-    label.id = class_in(entry.at("id"));
-    label.name = entry.at("name").text();
-    label.is_thing = entry.at("is_thing").boolean();
-    label.color = color_in(entry.at("color"));
-    classes.push_back(std::move(label));
-  }
-  try {
-    return {text_in(report, "label_set"), std::move(classes)};
-  } catch (const Error& e) {
-    report.at("labels").wrong(fmt::format("a set of classes: {}", e.what()));
-  }
 }
 
 template <typename Value>
@@ -170,7 +147,8 @@ RunReport read_run_report(const std::filesystem::path& folder) {
     report.stages[name] = {count_in(stage.at("count")), ms("mean_ms"), ms("p50_ms"), ms("p95_ms")};
   }
   report.up = vector_in(file.at("up"));
-  report.labels = labels_in(file);
+  const JsonValue labels = file.at("labels");
+  report.labels = label_set_of(text_in(file, "label_set"), classes_in(labels), labels);
   report.voxel_size_m = file.at("options").at("map").at("voxel_size_m").number(1e-4, 100);
   return report;
 }
@@ -193,7 +171,7 @@ std::vector<Vec3d> read_run_path(const std::filesystem::path& folder) {
   if (!is_there(file)) return path;
   for_each_line(file, [&](std::size_t line, std::span<const std::string_view> words) {
     const std::vector<double> v = to_numbers(words, file, line);
-    if (v.size() != 8 || !(Vec3d(v[1], v[2], v[3]).cwiseAbs().maxCoeff() <= kFarthest_m)) {
+    if (v.size() != 8 || !(Eigen::Array3d(v[1], v[2], v[3]).abs() <= kFarthest_m).all()) {
       throw Error(fmt::format("{}:{}: expected `time x y z qx qy qz qw`", file.string(), line));
     }
     path.emplace_back(v[1], v[2], v[3]);

@@ -82,7 +82,7 @@ TEST_F(RunFiles, EveryMissingOrWrongValueOfAReportIsNamed) {
   }
   Json twice = report_json();
   twice["labels"][1]["id"] = 1;
-  EXPECT_THAT(report_refusal(twice), HasSubstr("report.json: labels must be a set of classes"));
+  EXPECT_THAT(report_refusal(twice), HasSubstr("report.json: labels must be classes that go together"));
   Json small = report_json();
   small["options"]["map"]["voxel_size_m"] = -1;
   EXPECT_THAT(report_refusal(small), HasSubstr("options.map.voxel_size_m must be"));
