@@ -8,6 +8,9 @@
 
 namespace panoptic {
 
+inline constexpr const char* kOutOfMemoryAdvice =
+    "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";
+
 int run(const Arguments& arguments);
 int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
