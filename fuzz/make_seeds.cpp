@@ -131,10 +131,10 @@ void mesh_seeds(Seeds& seeds, const Scratch& scratch) {
   const std::string report = R"({"complete": true, "label_set": "small", "labels": [
  {"id": 1, "name": "floor", "is_thing": false, "color": [1, 2, 3]}, {"id": 2, "name": "chair", "is_thing": true, "color": [4, 5, 6]}],
  "dataset": "a", "predictor": "b", "options": {"map": {"voxel_size_m": 0.024}}, "frames": {"used": 2, "skipped": 0, "without_prediction": 1},
- "wall_s": 1.5, "peak_rss_mb": 100, "stages": {"fuse": {"count": 2, "p50_ms": 1, "p95_ms": 2, "mean_ms": 1.5}}})";
+ "wall_s": 1.5, "peak_rss_mb": 100, "up": [0, 1, 0], "stages": {"fuse": {"count": 2, "p50_ms": 1, "p95_ms": 2, "mean_ms": 1.5}}})";
   const std::string objects = R"({"objects": [{"id": 3, "class": "chair", "class_id": 2, "probabilities": {"chair": 0.75},
  "first_frame": 0, "last_frame": 1, "observations": 2, "vertices": 4,
- "box": {"min_m": [0, 0, 0.1], "max_m": [0.01, 0.01, 0.1]}}]})";
+ "box": {"min_m": [0, 0, 0.1], "max_m": [0.01, 0.01, 0.1]}, "oriented_box": {"size_m": [0.01, 0.01, 0]}, "surface_area_m2": 0.0001}]})";
   seeds.put("results", "run", {report, objects, "# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n", ply}, 0);
   seeds.put("results", "semantic", {"1\n2\n3\n4\n"}, 1);
   seeds.put("results", "instances", {"0.txt 5 0.75\n1.txt 7 1\n", "0\n1\n1\n0\n", "1\n0\n0\n0\n"}, 1);

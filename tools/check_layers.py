@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fails if a folder of panoptic/ or a header of include/panoptic/ includes what panoptic/LAYERS does not allow it.
+"""Fails if a folder of panoptic/ or a header of include/panoptic/ includes what panoptic/LAYERS does not allow it, or the
+operating system's headers anywhere but in its seam.
 
 Usage: check_layers.py [ROOT]"""
 import pathlib
 import re
 import sys
 
+SYSTEM = re.compile(r"\s*#\s*include\s*<(unistd\.h|fcntl\.h|sys/[^>]*)>")
+SYSTEM_SEAM = "base/os.cpp"  # the one file that calls the operating system
 UMBRELLA = "panoptic.h"  # includes public headers of every folder, and nobody in panoptic/ includes it
 
 
@@ -59,6 +62,15 @@ def internal_errors(root, layers):
                 yield f"{path}:{number}: '{folder}' may not include '{other}' (panoptic/LAYERS)"
 
 
+def system_errors(root):
+    for path in sorted((root / "panoptic").glob("*/*")):
+        if path.suffix not in (".h", ".cpp") or path == root / "panoptic" / SYSTEM_SEAM:
+            continue
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            if included := SYSTEM.match(line):
+                yield f"{path}:{number}: <{included[1]}> stays behind panoptic/{SYSTEM_SEAM}"
+
+
 def public_errors(root, layers):
     headers = {path.name: path for path in sorted((root / "include/panoptic").glob("*.h")) if path.name != UMBRELLA}
     for name in layers.public.keys() - headers.keys():
@@ -78,7 +90,7 @@ def public_errors(root, layers):
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent)
     layers = Layers((root / "panoptic/LAYERS").read_text())
-    errors = [*internal_errors(root, layers), *public_errors(root, layers)]
+    errors = [*internal_errors(root, layers), *public_errors(root, layers), *system_errors(root)]
     print("\n".join(errors) or f"layers: {len(layers.allowed)} folders, {len(layers.public)} public headers, no findings",
           file=sys.stderr if errors else sys.stdout)
     return 1 if errors else 0

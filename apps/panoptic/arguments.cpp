@@ -86,11 +86,8 @@ void add_evaluation(CLI::App& app, Arguments& a) {
 }
 
 void add_explanation(CLI::App& app, Arguments& a) {
-  constexpr int kMostIds = 65535;
   app.add_option("out", a.explained, "folder of a run")->required();
-  app.add_option("id", a.object_id, "panoptic id of an object, as in objects.json and in the pictures")
-      ->required()
-      ->check(CLI::Range(0, kMostIds));
+  app.add_option("id", a.object_id, "panoptic id of an object, as in objects.json and in the pictures")->required();
   app.add_option("--png", a.png, "draw its best frames and where it is in the map; needs the run's recording");
   app.footer("Probabilities, votes over time, best frames, boxes, mergers: docs/outputs.md says what each means.");
 }

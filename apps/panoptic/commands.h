@@ -8,6 +8,9 @@
 
 namespace panoptic {
 
+inline constexpr const char* kOutOfMemoryAdvice =
+    "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";
+
 int run(const Arguments& arguments);
 int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
@@ -26,6 +29,9 @@ int map_diff(const Arguments& arguments);
 // Loads a map file; what its older format lacks is told in a line on stderr.
 struct SavedMap;
 SavedMap load_map_and_tell(const std::string& path);
+// The surface of its map.
+struct Mesh;
+Mesh mesh_of(const SavedMap& saved);
 // Writes "note: ..." on stderr, if there is anything to say.
 void tell_note(const std::string& note);
 

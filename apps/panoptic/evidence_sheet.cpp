@@ -8,13 +8,12 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 
-#include "panoptic/base/json_value.h"
 #include "panoptic/error.h"
 #include "panoptic/io/draw_text.h"
 #include "panoptic/io/views.h"
-#include "panoptic/outputs.h"
 #include "panoptic/simulation.h"
 
 namespace panoptic {
@@ -39,38 +38,20 @@ constexpr Rgb kHighlight{235, 95, 10};
 constexpr std::array kClassColors = {Rgb{235, 95, 10}, Rgb{30, 100, 200}, Rgb{40, 150, 70}, Rgb{150, 60, 170}};
 constexpr Rgb kOther{190, 190, 190};
 
-struct RunSource {
-  std::string recording;
-  std::string calibration;
-  std::string description;
-  Vec3d up = -Vec3d::UnitY();
-};
-
-RunSource read_source(const std::filesystem::path& run) {
-  const std::filesystem::path path = run / "report.json";
-  const Json json = read_json_file(path);
-  const JsonValue report(json, path.string());
-  const auto recording = report.find("recording");
-  if (!recording) throw Error(fmt::format("{}: the run did not write down its recording; map it again", path.string()));
-  RunSource source{recording->text(), "", report.at("dataset").text()};
-  if (!json.value("calibration", Json(nullptr)).is_null()) source.calibration = report.at("calibration").text();
-  const auto up = report.at("up").elements();
-  if (up.size() != 3) report.at("up").wrong("three numbers");
-  for (int a = 0; a < 3; ++a) source.up[a] = up[static_cast<std::size_t>(a)].number(-1.001, 1.001);
-  return source;
-}
-
-std::unique_ptr<Dataset> open_again(const RunSource& source) {
+std::unique_ptr<Dataset> open_again(const RunReport& report, const std::filesystem::path& run) {
+  if (report.recording.empty()) {
+    throw Error(fmt::format("{}: the run did not write down its recording; map it again", run.string()));
+  }
   constexpr const char* kOtherwise = "explain without --png needs no recording";
   std::unique_ptr<Dataset> dataset;
   try {
-    dataset = open_dataset(source.recording, source.calibration);
+    dataset = open_dataset(report.recording, report.calibration);
   } catch (const Error& e) {
     throw Error(fmt::format("the run's recording cannot be opened any more ({}); put it back, {}", e.what(), kOtherwise));
   }
-  if (dataset->description() != source.description) {
-    throw Error(fmt::format("{}: is another recording by now ({}; it was: {}); put the old one back, {}", source.recording,
-                            dataset->description(), source.description, kOtherwise));
+  if (dataset->description() != report.dataset) {
+    throw Error(fmt::format("{}: is another recording by now ({}; it was: {}); put the old one back, {}", report.recording,
+                            dataset->description(), report.dataset, kOtherwise));
   }
   return dataset;
 }
@@ -88,12 +69,6 @@ ReadResult find_frame(const Dataset& dataset, std::int64_t index) {
     (index_of(read) < index ? low = middle + 1 : high = middle);
   }
   return {std::nullopt, {index, "is not in the recording"}};
-}
-
-void fill(const PixelBox& box, const Rgb& color, Image<Rgb>& sheet) {
-  for (int v = std::max(box.v0, 0); v < std::min(box.v1, sheet.height()); ++v) {
-    for (int u = std::max(box.u0, 0); u < std::min(box.u1, sheet.width()); ++u) sheet(u, v) = color;
-  }
 }
 
 struct Rect {
@@ -132,22 +107,22 @@ void draw_box(const PixelBox& box, const Rect& from, int left, int top, Image<Rg
   const auto column = [&](int u) { return left + static_cast<int>(std::lround((u - from.u0) * scale)); };
   const auto row = [&](int v) { return top + static_cast<int>(std::lround((v - from.v0) * scale)); };
   const PixelBox in = {column(box.u0), row(box.v0), column(box.u1), row(box.v1)};
-  fill({in.u0 - kThick_px, in.v0 - kThick_px, in.u1 + kThick_px, in.v0}, kHighlight, sheet);
-  fill({in.u0 - kThick_px, in.v1, in.u1 + kThick_px, in.v1 + kThick_px}, kHighlight, sheet);
-  fill({in.u0 - kThick_px, in.v0, in.u0, in.v1}, kHighlight, sheet);
-  fill({in.u1, in.v0, in.u1 + kThick_px, in.v1}, kHighlight, sheet);
+  fill(sheet, {in.u0 - kThick_px, in.v0 - kThick_px, in.u1 + kThick_px, in.v0}, kHighlight);
+  fill(sheet, {in.u0 - kThick_px, in.v1, in.u1 + kThick_px, in.v1 + kThick_px}, kHighlight);
+  fill(sheet, {in.u0 - kThick_px, in.v0, in.u0, in.v1}, kHighlight);
+  fill(sheet, {in.u1, in.v0, in.u1 + kThick_px, in.v1}, kHighlight);
 }
 
-void draw_sight(const ReadResult& read, const Evidence::Sight& sight, int left, Image<Rgb>& sheet) {
+void draw_view(const ReadResult& read, const RunObject::View& view, int left, Image<Rgb>& sheet) {
   const int caption = kTitleRows_px + kTileHeight_px + kLineRows_px;
-  draw_text(sheet, fmt::format("frame {}: {} {:.2f}, {} px", sight.frame, sight.class_name, sight.score, sight.visible_px), left,
+  draw_text(sheet, fmt::format("frame {}: {} {:.2f}, {} px", view.frame, view.class_name, view.score, view.visible_px), left,
             caption, kInk, kTextScale);
   if (!read.frame) {
-    draw_text(sheet, fmt::format("frame {} {}", sight.frame, read.skipped.reason), left, kTitleRows_px + kLineRows_px, kHighlight,
+    draw_text(sheet, fmt::format("frame {} {}", view.frame, read.skipped.reason), left, kTitleRows_px + kLineRows_px, kHighlight,
               kTextScale);
     return;
   }
-  const Rect from = around(sight.box);
+  const Rect from = around(view.box);
   for (int v = 0; v < kTileHeight_px; ++v) {
     for (int u = 0; u < kTileWidth_px; ++u) {
       const double scale = from.width / kTileWidth_px;
@@ -155,7 +130,7 @@ void draw_sight(const ReadResult& read, const Evidence::Sight& sight, int left, 
           sample(read.frame->color, from.u0 + (u + 0.5) * scale - 0.5, from.v0 + (v + 0.5) * scale - 0.5);
     }
   }
-  draw_box(sight.box, from, left, kTitleRows_px, sheet);
+  draw_box(view.box, from, left, kTitleRows_px, sheet);
 }
 
 // Draws the text that to_text has before the votes, cut to half the width.
@@ -173,10 +148,10 @@ void draw_words(const Evidence& evidence, Image<Rgb>& sheet) {
 }
 
 // The classes with the most votes, the most frequent first.
-std::vector<std::string> main_classes(const Evidence& evidence) {
+std::vector<std::string> main_classes(const std::vector<RunObject::Votes>& bins) {
   std::map<std::string, std::uint64_t> sums;
-  for (const Evidence::Stretch& stretch : evidence.stretches) {
-    for (const auto& [name, votes] : stretch.votes) sums[name] += votes;
+  for (const RunObject::Votes& bin : bins) {
+    for (const auto& [name, votes] : bin.of_class) sums[name] += votes;
   }
   std::vector<std::pair<std::string, std::uint64_t>> ordered(sums.begin(), sums.end());
   std::stable_sort(ordered.begin(), ordered.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
@@ -186,28 +161,28 @@ std::vector<std::string> main_classes(const Evidence& evidence) {
 }
 
 // A bar for each stretch of time that has votes: how they divide between classes; what is left over is grey.
-void draw_votes(const Evidence& evidence, Image<Rgb>& sheet) {
+void draw_votes(const std::vector<RunObject::Votes>& bins, Image<Rgb>& sheet) {
   constexpr int kBar_px = 34;
   constexpr int kBarTop_px = kTextTop_px + 8;
   constexpr int kBarBottom_px = kRenderTop_px - 10;
-  const std::vector<std::string> classes = main_classes(evidence);
+  const std::vector<std::string> classes = main_classes(bins);
   int left = 2 * kMargin_px + kRenderWidth_px;
   for (std::size_t i = 0; i < classes.size(); ++i) {
     draw_text(sheet, classes[i], left, kTextTop_px, kClassColors[i], kTextScale);
     left += text_size(classes[i] + "  ", kTextScale).width_px;
   }
   left = 2 * kMargin_px + kRenderWidth_px;
-  for (const Evidence::Stretch& stretch : evidence.stretches) {
+  for (const RunObject::Votes& bin : bins) {
     double total = 0;
-    for (const auto& [name, votes] : stretch.votes) total += static_cast<double>(votes);
+    for (const auto& [name, votes] : bin.of_class) total += static_cast<double>(votes);
     double below = 0;
     int bottom = kBarBottom_px;
     for (std::size_t i = 0; i <= classes.size(); ++i) {
       const bool rest = i == classes.size();
-      for (const auto& [name, votes] : stretch.votes) below += !rest && name == classes[i] ? static_cast<double>(votes) : 0;
+      for (const auto& [name, votes] : bin.of_class) below += !rest && name == classes[i] ? static_cast<double>(votes) : 0;
       const double share = rest || total <= 0 ? 1 : below / total;
       const int top = kBarBottom_px - static_cast<int>(std::lround(share * (kBarBottom_px - kBarTop_px)));
-      fill({left, top, left + kBar_px, bottom}, rest ? kOther : kClassColors[i], sheet);
+      fill(sheet, {left, top, left + kBar_px, bottom}, rest ? kOther : kClassColors[i]);
       bottom = top;
     }
     left += kBar_px + 2;
@@ -257,11 +232,10 @@ View from_farther(View view, const Vec3d& center, int width, int height) {
   return view;
 }
 
-void draw_renders(const Mesh& mesh, const Evidence& evidence, const Vec3d& up, Image<Rgb>& sheet) {
-  const PanopticId id{evidence.id};
-  const Mesh shown = with_one_object_in_color(mesh, id);
-  const std::vector<View> views = default_views(object_alone(mesh, id), up);
-  const Vec3d center = (evidence.min_m + evidence.max_m) / 2;
+void draw_renders(const Mesh& mesh, const RunObject& object, const Vec3d& up, Image<Rgb>& sheet) {
+  const Mesh shown = with_one_object_in_color(mesh, object.id);
+  const std::vector<View> views = default_views(object_alone(mesh, object.id), up);
+  const Vec3d center = (object.min_m + object.max_m) / 2;
   int left = kMargin_px;
   for (const View& view : {views.front(), views.back()}) {
     const Image<Rgb> picture =
@@ -274,21 +248,22 @@ void draw_renders(const Mesh& mesh, const Evidence& evidence, const Vec3d& up, I
 }  // namespace
 
 Image<Rgb> draw_evidence(const std::filesystem::path& run, const Evidence& evidence) {
-  const RunSource source = read_source(run);
-  const std::unique_ptr<Dataset> dataset = open_again(source);
-  const Mesh mesh = read_ply(run / "mesh.ply");
+  const RunObject& object = evidence.object;
+  const RunReport report = read_run_report(run);
+  const std::unique_ptr<Dataset> dataset = open_again(report, run);
+  const Mesh mesh = read_run_mesh(run);
   Image<Rgb> sheet(kWidth_px, kHeight_px, kPaper);
-  draw_text(sheet, fmt::format("{} {}", evidence.class_name, evidence.id), kMargin_px, kTitleRows_px - kMargin_px, kInk,
+  draw_text(sheet, fmt::format("{} {}", object.class_name, number(object.id)), kMargin_px, kTitleRows_px - kMargin_px, kInk,
             kTitleScale);
   int left = kMargin_px;
-  for (const Evidence::Sight& sight : evidence.sights) {
+  for (const RunObject::View& view : object.best_views) {
     if (left + kTileWidth_px > kWidth_px) break;
-    draw_sight(find_frame(*dataset, sight.frame), sight, left, sheet);
+    draw_view(find_frame(*dataset, view.frame), view, left, sheet);
     left += kTileWidth_px + kMargin_px;
   }
   draw_words(evidence, sheet);
-  draw_votes(evidence, sheet);
-  draw_renders(mesh, evidence, source.up, sheet);
+  draw_votes(object.votes, sheet);
+  draw_renders(mesh, object, report.up, sheet);
   return sheet;
 }
 

@@ -11,7 +11,7 @@
 namespace panoptic {
 
 int explain(const Arguments& arguments) {
-  const Evidence evidence = read_evidence(arguments.explained, arguments.object_id);
+  const Evidence evidence = read_evidence(arguments.explained, PanopticId{arguments.object_id});
   fmt::print("{}", to_text(evidence));
   if (arguments.png.empty()) return kDone;
   std::fflush(stdout);  // the words stand, whatever becomes of the picture

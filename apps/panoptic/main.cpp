@@ -11,7 +11,6 @@
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
-#include "panoptic/mapping/mapping_run.h"
 #include "panoptic/mapping/option_fields.h"
 
 namespace {
@@ -56,7 +55,7 @@ int run_command(int argc, char** argv) {
     failed(e.what());
     return panoptic::kWrongUsage;
   } catch (const std::bad_alloc&) {
-    return failed(panoptic::kOutOfMemory);
+    return failed(panoptic::kOutOfMemoryAdvice);
   } catch (const std::system_error& e) {  // also of a print
     return std::ferror(stdout) != 0 ? close_output(panoptic::kWorldIsWrong) : failed(e.what());
   } catch (const std::exception& e) {

@@ -190,6 +190,12 @@ SavedMap load_map_and_tell(const std::string& path) {
   return saved;
 }
 
+Mesh mesh_of(const SavedMap& saved) {
+  Mesher mesher(options_of(saved).mesher);
+  mesher.update(saved.map);
+  return mesher.assemble(saved.map);
+}
+
 void tell_note(const std::string& note) {
   if (!note.empty()) fmt::print(stderr, "note: {}\n", note);
 }
@@ -207,9 +213,7 @@ int map_mesh(const Arguments& a) {
   if (!glb && !a.output.ends_with(".ply")) throw UsageError("-o takes a name that ends in .ply or .glb");
   set_thread_count(a.threads);
   const SavedMap saved = load_map_and_tell(a.map);
-  Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map);
-  const Mesh mesh = mesher.assemble(saved.map);
+  const Mesh mesh = mesh_of(saved);
   if (glb) {
     write_glb(a.output, mesh, saved.map.labels, up_of(saved));
   } else {

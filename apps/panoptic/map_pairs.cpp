@@ -16,7 +16,7 @@
 #include "panoptic/io/views.h"
 #include "panoptic/map_pairs.h"
 #include "panoptic/mapping/checkpoint.h"
-#include "panoptic/meshing/mesher.h"
+#include "panoptic/mesh.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -118,12 +118,6 @@ void draw_marker(Image<Rgb>& image, const View& view, const FoundObject& object,
   }
   draw_text(image, std::string(labels.name_of(object.class_id)), static_cast<int>(u + radius_px + 4), static_cast<int>(v), color,
             0.5);
-}
-
-Mesh mesh_of(const SavedMap& saved) {
-  Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map);
-  return mesher.assemble(saved.map);
 }
 
 // Both maps from above, A on the left, with rings around what changed in each.

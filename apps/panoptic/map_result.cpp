@@ -12,7 +12,6 @@
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/saved_snapshot.h"
-#include "panoptic/meshing/mesher.h"
 
 namespace panoptic {
 namespace {
@@ -42,9 +41,7 @@ LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warn
     const auto observations = static_cast<double>(object.observations);
     map.confidence[object.id] = object_confidence(probability_of_class(saved.map.objects, object.slot), observations);
   }
-  Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map);
-  map.mesh = mesher.assemble(saved.map);
+  map.mesh = mesh_of(saved);
   if (!is_complete(saved)) {
     warnings.push_back(fmt::format("{}: a checkpoint; this is the map of the first frames of its recording", path));
   }

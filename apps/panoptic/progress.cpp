@@ -3,12 +3,13 @@
 #include "apps/panoptic/progress.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <utility>
+
+#include "panoptic/base/os.h"
 
 namespace panoptic {
 namespace {
@@ -33,7 +34,7 @@ std::string clock_text(double seconds) {
 }  // namespace
 
 Progress::Progress(std::string unit, std::size_t total)
-    : unit_(std::move(unit)), total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
+    : unit_(std::move(unit)), total_(total), terminal_(os::is_terminal(stderr)) {}
 
 Progress::~Progress() {
   draw();

@@ -209,7 +209,7 @@ int run(const Arguments& arguments) {
   RunSummary summary = summary_of(arguments, options, *dataset);
   const auto checkpoints = keep_map_file(arguments, placed, summary, mapper);
   const Stopwatch stopwatch;
-  const MappingResult result = [&] {
+  MappingResult result = [&] {
     Progress progress("frames", range.count(dataset->size()));
     const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), [&](std::size_t done) {
                            progress.advance(done);
@@ -221,6 +221,7 @@ int run(const Arguments& arguments) {
     return map_offline(run, publisher ? &*publisher : nullptr);
   }();
   summary.wall_s = stopwatch.seconds();
+  if (result.failure == kOutOfMemory) result.failure = kOutOfMemoryAdvice;
   summary.stopped_by = result.stopped_by;
   summary.complete = result.stopped_by.empty();
   summary.without_prediction = result.without_prediction;

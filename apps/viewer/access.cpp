@@ -4,11 +4,11 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <random>
+
+#include "panoptic/base/os.h"
 
 namespace panoptic {
 namespace {
@@ -28,9 +28,8 @@ std::string lower_case(std::string_view text) {
 }
 
 std::string own_name() {
-  std::array<char, 256> name{};
-  if (gethostname(name.data(), name.size() - 1) != 0 || name[0] == '\0') return "localhost";
-  return name.data();
+  const std::string name = os::host_name();
+  return name.empty() ? "localhost" : name;
 }
 
 }  // namespace

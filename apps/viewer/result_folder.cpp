@@ -7,19 +7,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <unordered_map>
 #include <utility>
 
-#include "panoptic/base/files.h"
-#include "panoptic/base/json_value.h"
+#include "panoptic/error.h"
+#include "panoptic/io/run_files.h"
 #include "panoptic/map/block_key.h"
-#include "panoptic/outputs.h"
-#include "panoptic/profile.h"
 #include "panoptic/voxel_map.h"
 
 namespace panoptic {
@@ -27,112 +23,51 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kMostClass = 65535;
-constexpr std::int64_t kMostId = std::numeric_limits<std::uint32_t>::max();
-constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
-constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
-constexpr double kFarthest_m = 1e6;
-constexpr double kLongest = 1e12;  // times and rates
-
 // One on every grid edge that the cells of a block have.
 constexpr std::size_t kMostVerticesOfBlock = std::size_t{3} * (kBlockSide + 1) * (kBlockSide + 1) * (kBlockSide + 1);
 
-std::uint64_t count_of(const JsonValue& value) { return static_cast<std::uint64_t>(value.integer(0, kMost)); }
-
-Vec3d vector_of(const JsonValue& value) {
-  const std::vector<JsonValue> c = value.elements();
-  if (c.size() != 3) value.wrong("three numbers");
-  return {c[0].number(-kFarthest_m, kFarthest_m), c[1].number(-kFarthest_m, kFarthest_m), c[2].number(-kFarthest_m, kFarthest_m)};
-}
-
-Rgb color_in(const JsonValue& value) {
-  const std::vector<JsonValue> c = value.elements();
-  if (c.size() != 3) value.wrong("three numbers");
-  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(c[i].integer(0, 255)); };
-  return {byte(0), byte(1), byte(2)};
-}
-
-LabelSet labels_in(const JsonValue& report, const std::string& file) {
-  std::vector<LabelClass> classes;
-  for (const JsonValue& entry : report.at("labels").elements()) {
-    LabelClass label;
-    label.id = static_cast<ClassId>(entry.at("id").integer(0, kMostClass));
-    label.name = entry.at("name").text();
-    label.is_thing = entry.at("is_thing").boolean();
-    label.color = color_in(entry.at("color"));
-    classes.push_back(std::move(label));
-  }
-  const auto name = report.find("label_set");
-  try {
-    return {name ? name->text() : "labels", std::move(classes)};
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}: {}", file, e.what()));
-  }
-}
-
-RunState run_in(const JsonValue& report) {
+RunState state_of(const RunReport& report) {
   RunState run;
-  const JsonValue frames = report.at("frames");
-  run.frames_used = count_of(frames.at("used"));
-  run.frames_done = run.frames_used + count_of(frames.at("skipped"));
+  run.frames_used = report.frames_used;
+  run.frames_done = report.frames_used + report.frames_skipped;
   run.frames_total = run.frames_done;
-  const auto unlabelled = frames.find("without_prediction");
-  const bool has_labels = !report.find("predictor") || report.at("predictor").text() != "none";
-  if (has_labels) run.frames_labelled = run.frames_used - std::min(run.frames_used, unlabelled ? count_of(*unlabelled) : 0);
-  run.elapsed_s = report.at("wall_s").number(0, kLongest);
-  run.memory_mb = report.at("peak_rss_mb").number(0, kLongest);
+  const bool has_labels = report.predictor != "none";
+  if (has_labels) run.frames_labelled = report.frames_used - std::min(report.frames_used, report.without_prediction);
+  run.elapsed_s = report.wall_s;
+  run.memory_mb = report.peak_rss_mb;
   run.finished = true;
-  if (const auto stopped_by = report.find("stopped_by")) run.stopped_by = stopped_by->text();
-  for (const auto& [name, stage] : report.at("stages").members()) {
-    const auto ms = [&, &entry = stage](const char* key) { return entry.at(key).number(0, kLongest); };
-    run.stages[name] = {count_of(stage.at("count")), ms("p50_ms"), ms("p95_ms"), ms("mean_ms")};
-  }
+  run.stopped_by = report.stopped_by;
+  for (const auto& [name, stage] : report.stages) run.stages[name] = {stage.count, stage.p50_ms, stage.p95_ms, stage.mean_ms};
   return run;
 }
 
-std::vector<SnapshotObject> objects_in(const JsonValue& file, const LabelSet& labels) {
-  std::vector<SnapshotObject> objects;
-  for (const JsonValue& entry : file.at("objects").elements()) {
-    SnapshotObject object;
-    object.id = static_cast<PanopticId>(entry.at("id").integer(0, kMostId));
-    object.class_id = static_cast<ClassId>(entry.at("class_id").integer(0, kMostClass));
-    for (const auto& [name, p] : entry.at("probabilities").members()) {
-      const LabelClass* label = labels.find(name);
-      if (label == nullptr) p.wrong("of a class in report.json");
-      object.probabilities.push_back({label->id, static_cast<float>(p.number(0, 1.001))});
+SnapshotObject snapshot_object(const RunObject& from, const LabelSet& labels, const fs::path& folder) {
+  SnapshotObject object;
+  object.id = from.id;
+  object.class_id = from.class_id;
+  for (const auto& [name, p] : from.probabilities) {
+    const LabelClass* label = labels.find(name);
+    if (label == nullptr) {
+      throw Error(fmt::format("{}: a probability of '{}', no class of report.json", (folder / "objects.json").string(), name));
     }
-    std::sort(object.probabilities.begin(), object.probabilities.end(),
-              [](const ClassProbability& a, const ClassProbability& b) { return a.class_id < b.class_id; });
-    object.first_frame = entry.at("first_frame").integer(kLeast, kMost);
-    object.last_frame = entry.at("last_frame").integer(kLeast, kMost);
-    object.observations = count_of(entry.at("observations"));
-    object.vertices = count_of(entry.at("vertices"));
-    object.min_m = vector_of(entry.at("box").at("min_m")).cast<float>();
-    object.max_m = vector_of(entry.at("box").at("max_m")).cast<float>();
-    objects.push_back(std::move(object));
+    object.probabilities.push_back({label->id, static_cast<float>(p)});
   }
-  std::sort(objects.begin(), objects.end(), [](const SnapshotObject& a, const SnapshotObject& b) { return a.id < b.id; });
-  return objects;
+  std::ranges::sort(object.probabilities, {}, &ClassProbability::class_id);
+  object.first_frame = from.first_frame;
+  object.last_frame = from.last_frame;
+  object.observations = from.observations;
+  object.vertices = from.vertices;
+  object.min_m = from.min_m.cast<float>();
+  object.max_m = from.max_m.cast<float>();
+  return object;
 }
 
-// Lines of `time x y z qx qy qz qw`; lines that begin with # are comments.
-std::vector<Vec3f> path_in(const fs::path& file) {
-  std::vector<Vec3f> path;
-  std::istringstream lines(read_file(file));
-  std::string line;
-  for (int n = 1; std::getline(lines, line); ++n) {
-    if (line.empty() || line.starts_with('#')) continue;
-    std::istringstream numbers(line);
-    std::array<double, 8> v{};
-    for (double& value : v) numbers >> value;
-    const bool near = std::all_of(v.begin() + 1, v.begin() + 4, [](double c) { return std::abs(c) <= kFarthest_m; });
-    if (!numbers || !near) throw Error(fmt::format("{}:{}: expected `time x y z qx qy qz qw`", file.string(), n));
-    path.emplace_back(Vec3d(v[1], v[2], v[3]).cast<float>());
-  }
+// At most kMaxPathPoints of the points, evenly.
+std::vector<Vec3f> thinned(const std::vector<Vec3d>& path) {
   const std::size_t stride = (path.size() + kMaxPathPoints - 1) / kMaxPathPoints;
-  for (std::size_t i = 0; stride > 1 && i * stride < path.size(); ++i) path[i] = path[i * stride];
-  if (stride > 1) path.resize((path.size() + stride - 1) / stride);
-  return path;
+  std::vector<Vec3f> points;
+  for (std::size_t i = 0; i < path.size(); i += stride) points.emplace_back(path[i].cast<float>());
+  return points;
 }
 
 // The block of the cell that holds the triangle. A cell spans from a voxel's centre to the next one's; a vertex may lie on its
@@ -193,38 +128,31 @@ std::vector<SnapshotChunk> cut_into_chunks(const Mesh& mesh, double voxel_size_m
 }
 
 OpenedResult open_result(const fs::path& folder) {
-  const fs::path report_path = folder / "report.json";
-  const fs::path objects_path = folder / "objects.json";
-  if (!fs::is_regular_file(report_path)) {
-    throw Error(fmt::format("{}: no report.json in it; name the folder that panoptic run wrote", folder.string()));
-  }
-  const Json report_json = read_json_file(report_path);
-  const JsonValue report(report_json, report_path.string());
+  const RunReport report = read_run_report(folder);
   OpenedResult result;
   SnapshotScene& scene = result.scene;
   scene.title = fs::absolute(folder / "").lexically_normal().parent_path().filename().string();
-  scene.dataset = report.at("dataset").text();
-  scene.labels = labels_in(report, report_path.string());
-  const double voxel_size_m = report.at("options").at("map").at("voxel_size_m").number(1e-4, 100);
-  scene.voxel_size_m = static_cast<float>(voxel_size_m);
+  scene.dataset = report.dataset;
+  scene.labels = report.labels;
+  scene.voxel_size_m = static_cast<float>(report.voxel_size_m);
   scene.block_size_m = scene.voxel_size_m * kBlockSide;
   scene.has_confidence = false;
 
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->revision = 1;
-  snapshot->run = run_in(report);
-  const Vec3d up = vector_of(report.at("up"));
-  if (up.norm() > 0.5) snapshot->up = up.normalized().cast<float>();
-  const Json objects_json = read_json_file(objects_path);
-  snapshot->objects = objects_in(JsonValue(objects_json, objects_path.string()), scene.labels);
-  const fs::path mesh_path = folder / "mesh.ply";
-  try {
-    snapshot->chunks = cut_into_chunks(read_ply(mesh_path), scene.voxel_size_m);
-  } catch (const Error& e) {
-    const std::string what = e.what();
-    throw Error(what.find(mesh_path.string()) == std::string::npos ? fmt::format("{}: {}", mesh_path.string(), what) : what);
+  snapshot->run = state_of(report);
+  if (report.up.norm() > 0.5) snapshot->up = report.up.normalized().cast<float>();
+  for (const RunObject& object : read_run_objects(folder).objects) {
+    snapshot->objects.push_back(snapshot_object(object, scene.labels, folder));
   }
-  if (fs::exists(folder / "trajectory.txt")) snapshot->path_m = path_in(folder / "trajectory.txt");
+  std::ranges::sort(snapshot->objects, {}, &SnapshotObject::id);
+  const Mesh mesh = read_run_mesh(folder);
+  try {
+    snapshot->chunks = cut_into_chunks(mesh, scene.voxel_size_m);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", (folder / "mesh.ply").string(), e.what()));
+  }
+  snapshot->path_m = thinned(read_run_path(folder));
   result.snapshot = std::move(snapshot);
   return result;
 }

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The three kinds of trouble:
+// The four kinds of trouble:
 //   the world is wrong (file, option, model)  throw Error, from the edges and from set-up only;
+//   something is not used (a frame)           an Outcome with the reason (outcome.h): mapping goes on without it;
 //   nothing there                             optional or nullptr;
 //   the code is wrong                         PANOPTIC_ASSERT (checked in the dev, asan and tsan presets).
 #pragma once

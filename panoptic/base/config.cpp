@@ -266,9 +266,9 @@ void read_toml_file(const std::filesystem::path& path, const Fields& fields) {
 void set_field(const Fields& fields, std::string_view assignment) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string_view::npos || equals == 0) {
-    throw Error(fmt::format("--set {}: expected key=value, for example map.voxel_size_m=0.02", assignment));
+    throw Error(fmt::format("option {}: expected key=value, for example map.voxel_size_m=0.02", assignment));
   }
-  if (assignment.find('\n') != std::string_view::npos) throw Error(fmt::format("--set {}: expected one line", assignment));
+  if (assignment.find('\n') != std::string_view::npos) throw Error(fmt::format("option {}: expected one line", assignment));
   const std::string_view key = assignment.substr(0, equals);
   const std::string_view value = assignment.substr(equals + 1);
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.key == key; });
@@ -276,7 +276,7 @@ void set_field(const Fields& fields, std::string_view assignment) {
   const bool is_text = field != fields.end() && std::holds_alternative<std::string*>(field->value) && !value.starts_with('"');
   const bool is_word = field != fields.end() && std::holds_alternative<std::vector<std::string>*>(field->value) &&
                        !value.empty() && value.find_first_of("[\"'") != 0;
-  const std::string source = fmt::format("--set {}", assignment);
+  const std::string source = fmt::format("option {}", assignment);
   Fields settable = fields;
   for (Field& f : settable) f.allowed.required = false;
   const std::string text = fmt::format("{} = {}", key, is_text || is_word ? quoted(std::string(value)) : std::string(value));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The seam to the file system. Reading checks sizes before memory is taken; writing is all or nothing.
+// Files, whole or not at all. Reading checks sizes before memory is taken.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "panoptic/base/os.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
@@ -22,12 +23,11 @@ class FileError : public Error {
   using Error::Error;
 };
 
-// open(2), tried again when a signal interrupts it; the descriptor closes when the process starts another program. Below 0, with
-// errno, if the file cannot be opened.
-int open_descriptor(const std::filesystem::path& path, int flags, unsigned mode = 0666);
-
 // The whole file. Throws FileError if it is absent or unreadable, Error if it is not a regular file or larger than max_bytes.
 std::string read_file(const std::filesystem::path& path, std::uintmax_t max_bytes = std::uintmax_t{1} << 30);
+
+// Where a file that will be called `path` is written first: beside it, a name that no other process uses.
+std::filesystem::path partial_beside(const std::filesystem::path& path);
 
 // Writes beside the target under a temporary name, syncs and renames, so that the final name never shows a partial
 // file and an older file survives a failure. Throws FileError (disk full, no permission ...) and removes the temporary file.
@@ -52,7 +52,8 @@ class PartialFile {
 
   std::filesystem::path path_;
   std::filesystem::path partial_;
-  int fd_ = -1;
+  os::File file_;
+  std::uint64_t size_ = 0;
 };
 
 // Moves what is called `from` to the name `to`, at once or not at all. Throws FileError.

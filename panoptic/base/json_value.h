@@ -30,6 +30,7 @@ class JsonValue {
   double number(double min, double max) const;
   std::string text() const;
   bool boolean() const;  // true, false, 1 or 0
+  bool is_null() const { return json_->is_null(); }
 
   [[noreturn]] void wrong(std::string_view expected) const;
 

@@ -2,12 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/profile.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 namespace panoptic {
 namespace {
@@ -58,19 +54,6 @@ void Profile::add(std::string_view stage, double seconds) {
 
 void Profile::add(const Profile& other) {
   for (const auto& [stage, histogram] : other.stages_) stages_[stage].add(histogram);
-}
-
-double peak_rss_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
-}
-
-double rss_mb() {
-  double all_pages = 0;
-  double resident_pages = 0;
-  std::ifstream("/proc/self/statm") >> all_pages >> resident_pages;
-  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
 }  // namespace panoptic

@@ -36,18 +36,12 @@ constexpr std::array<Rgb, 8> kColors{{{31, 119, 180},
                                       {227, 119, 194},
                                       {127, 127, 127}}};
 
-void fill(Image<Rgb>& image, int u0, int v0, int u1, int v1, const Rgb& color) {
-  for (int v = std::max(v0, 0); v < std::min(v1, image.height()); ++v) {
-    for (int u = std::max(u0, 0); u < std::min(u1, image.width()); ++u) image(u, v) = color;
-  }
-}
-
 void line(Image<Rgb>& image, int u0, int v0, int u1, int v1, const Rgb& color) {
   const int steps = std::max({std::abs(u1 - u0), std::abs(v1 - v0), 1});
   for (int i = 0; i <= steps; ++i) {
     const int u = u0 + (u1 - u0) * i / steps;
     const int v = v0 + (v1 - v0) * i / steps;
-    fill(image, u - 1, v - 1, u + 1, v + 1, color);
+    fill(image, {u - 1, v - 1, u + 1, v + 1}, color);
   }
 }
 
@@ -87,7 +81,7 @@ int category_center(const Chart& chart, std::size_t category) {
 void draw_axes(const Chart& chart, double step, Image<Rgb>& image) {
   for (int tick = 0; tick <= kTicks; ++tick) {
     const int v = to_v(tick * step, kTicks * step);
-    fill(image, kLeft_px, v, kRight_px, v + 1, tick == 0 ? kInk : kGrid);
+    fill(image, {kLeft_px, v, kRight_px, v + 1}, tick == 0 ? kInk : kGrid);
     const std::string text = fmt::format("{:.4g}", tick * step);
     draw_text(image, text, kLeft_px - 8 - text_size(text, kText).width_px, v + 5, kInk, kText);
   }
@@ -102,7 +96,7 @@ void draw_axes(const Chart& chart, double step, Image<Rgb>& image) {
 void draw_legend(const Chart& chart, Image<Rgb>& image) {
   int u = kLeft_px;
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
-    fill(image, u, kHeight_px - 22, u + 12, kHeight_px - 10, kColors[i % kColors.size()]);
+    fill(image, {u, kHeight_px - 22, u + 12, kHeight_px - 10}, kColors[i % kColors.size()]);
     draw_text(image, chart.series[i].name, u + 18, kHeight_px - 11, kInk, kText);
     u += 40 + text_size(chart.series[i].name, kText).width_px;
   }
@@ -116,7 +110,7 @@ void draw_bars(const Chart& chart, double top, Image<Rgb>& image) {
       if (!std::isfinite(value)) continue;
       const double from =
           category_center(chart, i) + (static_cast<double>(s) - static_cast<double>(chart.series.size()) / 2) * bar_px;
-      fill(image, static_cast<int>(from), to_v(value, top), static_cast<int>(from + bar_px) - 1, kBottom_px,
+      fill(image, {static_cast<int>(from), to_v(value, top), static_cast<int>(from + bar_px) - 1, kBottom_px},
            kColors[s % kColors.size()]);
       if (bar_px >= 30)
         centered(image, fmt::format("{:.3g}", value), static_cast<int>(from + bar_px / 2), to_v(value, top) - 5, kText * 0.85);
@@ -132,7 +126,7 @@ void draw_lines(const Chart& chart, double top, Image<Rgb>& image) {
       if (!std::isfinite(values[i])) continue;
       const int u = category_center(chart, i);
       const int v = to_v(values[i], top);
-      fill(image, u - 4, v - 4, u + 4, v + 4, color);
+      fill(image, {u - 4, v - 4, u + 4, v + 4}, color);
       centered(image, fmt::format("{:.3g}", values[i]), u, v - 10, kText * 0.85);
       if (i > 0 && std::isfinite(values[i - 1]))
         line(image, category_center(chart, i - 1), to_v(values[i - 1], top), u, v, color);

@@ -10,9 +10,7 @@
 #include <utility>
 
 #include "panoptic/error.h"
-#include "panoptic/eval/run_folder.h"
 #include "panoptic/mapper.h"
-#include "panoptic/mapping/outputs.h"
 #include "panoptic/profile.h"
 #include "panoptic/sim/ground_truth.h"
 #include "panoptic/sim/prediction_noise.h"

@@ -32,6 +32,7 @@ struct Rectangle {
   int width = 0;
   int height = 0;
 
+  PixelBox box() const { return {left, top, left + width, top + height}; }
   bool overlaps(const Rectangle& other) const {
     return left < other.left + other.width && other.left < left + width && top < other.top + other.height &&
            other.top < top + height;
@@ -81,18 +82,6 @@ std::vector<Visible> visible_labels(const Picture& picture) {
   return present;
 }
 
-void fill(Image<Rgb>& image, const Rectangle& area, const Rgb& color, double opacity) {
-  const auto mix = [&](std::uint8_t below, std::uint8_t above) {
-    return static_cast<std::uint8_t>(std::lround(below + opacity * (above - below)));
-  };
-  for (int v = std::max(0, area.top); v < std::min(image.height(), area.top + area.height); ++v) {
-    for (int u = std::max(0, area.left); u < std::min(image.width(), area.left + area.width); ++u) {
-      Rgb& pixel = image(u, v);
-      pixel = {mix(pixel.r, color.r), mix(pixel.g, color.g), mix(pixel.b, color.b)};
-    }
-  }
-}
-
 struct LegendEntry {
   std::string name;
   Rgb color;
@@ -106,7 +95,7 @@ void draw_legend(Image<Rgb>& image, const std::vector<LegendEntry>& entries) {
   constexpr int kRoomForMore_px = 90;
   if (entries.empty()) return;
   const int top = image.height() - kLegendRows_px;
-  fill(image, {0, top, image.width(), kLegendRows_px}, {255, 255, 255}, 0.6);
+  fill(image, {0, top, image.width(), image.height()}, {255, 255, 255}, 0.6);
   int u = 2 * kGap_px;
   int row = 0;
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -121,7 +110,8 @@ void draw_legend(Image<Rgb>& image, const std::vector<LegendEntry>& entries) {
       draw_text(image, fmt::format("+ {} more", entries.size() - i), u, baseline, kInk, kLegendScale);
       return;
     }
-    fill(image, {u, baseline - (size.height_px + kSwatch_px) / 2, kSwatch_px, kSwatch_px}, entries[i].color, 1);
+    const int swatch = baseline - (size.height_px + kSwatch_px) / 2;
+    fill(image, {u, swatch, u + kSwatch_px, swatch + kSwatch_px}, entries[i].color);
     draw_text(image, entries[i].name, u + kSwatch_px + kGap_px, baseline, kInk, kLegendScale);
     u += width;
   }
@@ -147,7 +137,7 @@ void draw_name(Image<Rgb>& image, const std::string& name, const Visible& visibl
   area.left = std::clamp(area.left, 0, std::max(0, image.width() - area.width));
   if (!place(area, taken, image.height() - kLegendRows_px)) return;
   taken.push_back(area);
-  fill(image, area, {20, 22, 26}, 0.62);
+  fill(image, area.box(), {20, 22, 26}, 0.62);
   draw_text(image, name, area.left + kPad_px, area.top + kPad_px + size.height_px, {255, 255, 255}, kNameScale);
 }
 

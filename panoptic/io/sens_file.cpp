@@ -2,15 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/io/sens_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <bit>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <type_traits>
 #include <utility>
 
@@ -131,33 +127,21 @@ std::vector<std::uint64_t> index_frames(const SensFile& file, Cursor& cursor, st
 
 }  // namespace
 
-SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()), fd_(open_descriptor(path, O_RDONLY)) {
-  struct stat status {};
-  if (fd_ >= 0 && ::fstat(fd_, &status) == 0) {
-    size_ = static_cast<std::uint64_t>(status.st_size);
-    return;
+SensFile::SensFile(const std::filesystem::path& path) : name_(path.string()), file_(os::open_to_read(path)) {
+  const auto status = file_.status();
+  if (!status) {
+    throw FileError(fmt::format("cannot read {}: {}; check the path and its permissions", name_, os::reason(errno)));
   }
-  const int error = errno;
-  if (fd_ >= 0) ::close(fd_);
-  throw FileError(fmt::format("cannot read {}: {}; check the path and its permissions", name_, std::strerror(error)));
+  size_ = status->size;
 }
-
-SensFile::~SensFile() { ::close(fd_); }
 
 bool SensFile::read(std::uint64_t offset, void* to, std::uint64_t bytes) const {
   if (offset > size_ || bytes > size_ - offset) return false;
-  auto* at = static_cast<std::uint8_t*>(to);
-  while (bytes > 0) {
-    const ssize_t got = ::pread(fd_, at, bytes, static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw FileError(fmt::format("cannot read {}: {}; check the disk", name_, std::strerror(errno)));
-    if (got == 0) return false;
-    at += got;
-    offset += static_cast<std::uint64_t>(got);
-    bytes -= static_cast<std::uint64_t>(got);
-  }
-  return true;
+  const auto got = file_.read(offset, to, bytes);
+  if (!got) throw FileError(fmt::format("cannot read {}: {}; check the disk", name_, os::reason(errno)));
+  return *got == bytes;
 }
+
 std::optional<std::vector<std::uint8_t>> SensFile::read(std::uint64_t offset, std::uint64_t bytes) const {
   if (offset > size_ || bytes > size_ - offset) return std::nullopt;
   std::vector<std::uint8_t> blob(bytes);

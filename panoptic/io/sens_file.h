@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/base/os.h"
+
 namespace panoptic {
 
 constexpr std::uint64_t kMaxSensBlobBytes = std::uint64_t{64} << 20;
@@ -49,9 +51,6 @@ struct StreamHeader {
 class SensFile {
  public:
   explicit SensFile(const std::filesystem::path& path);  // throws Error
-  ~SensFile();
-  SensFile(const SensFile&) = delete;
-  SensFile& operator=(const SensFile&) = delete;
 
   const std::string& name() const { return name_; }
   std::uint64_t size() const { return size_; }
@@ -62,7 +61,7 @@ class SensFile {
 
  private:
   std::string name_;
-  int fd_ = -1;
+  os::File file_;
   std::uint64_t size_ = 0;
 };
 

@@ -2,61 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/map/block_pager.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdint>
-#include <cstdlib>
-#include <string>
-#include <system_error>
 #include <utility>
 
-#include "panoptic/base/files.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
-namespace {
-
-std::string reason(int error) { return std::generic_category().message(error); }
-
-// Not every file system has files without a name; then one whose name is removed at once.
-int unnamed_file(const std::filesystem::path& folder) {
-  const int file = open_descriptor(folder, O_TMPFILE | O_RDWR, 0600);
-  if (file >= 0) return file;
-  std::string name = (folder / "panoptic_map_XXXXXX").string();
-  const int named = ::mkostemp(name.data(), O_CLOEXEC);
-  if (named < 0) {
-    throw Error(fmt::format("map.memory_limit_mb needs a file in {}: {}; set map.swap_folder to a folder that can be written",
-                            folder.string(), reason(errno)));
-  }
-  ::unlink(name.c_str());
-  return named;
-}
-
-// Addresses where nothing lies yet; nullptr if there are none.
-std::byte* aligned_place(std::size_t bytes, std::size_t alignment) {
-  void* const memory = ::mmap(nullptr, bytes + alignment, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (memory == MAP_FAILED) return nullptr;
-  const auto first = reinterpret_cast<std::uintptr_t>(memory);
-  const std::size_t before = (alignment - first % alignment) % alignment;
-  auto* const place = static_cast<std::byte*>(memory) + before;
-  if (before > 0) ::munmap(memory, before);
-  ::munmap(place + bytes, alignment - before);
-  return place;
-}
-
-}  // namespace
 
 BlockPager::BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder)
-    : folder_(folder), limit_pages_(std::max(kFewestBytes, limit_bytes) / kPage), file_(unnamed_file(folder)) {}
+    : folder_(folder), limit_pages_(std::max(kFewestBytes, limit_bytes) / kPage), file_(os::open_without_name(folder)) {
+  if (!file_.is_open()) {
+    throw Error(fmt::format("map.memory_limit_mb needs a file in {}: {}; set map.swap_folder to a folder that can be written",
+                            folder.string(), os::reason(errno)));
+  }
+}
 
 BlockPager::~BlockPager() {
-  for (std::byte* chunk : chunks_) ::munmap(chunk, kChunkRegions * kRegionPages * kPage);
-  ::close(file_);
+  for (std::byte* chunk : chunks_) os::unmap(chunk, kChunkRegions * kRegionPages * kPage);
 }
 
 BrickPool& BlockPager::add() {
@@ -91,19 +56,15 @@ std::byte* BlockPager::next_region() {
 
 void BlockPager::add_chunk() {
   constexpr std::size_t kBytes = kChunkRegions * kRegionPages * kPage;
-  const auto begin = static_cast<off_t>(chunks_.size() * kBytes);
-  int error = EINTR;
-  while (error == EINTR) error = ::posix_fallocate(file_, begin, kBytes);
-  if (error != 0) {
+  const std::uint64_t begin = chunks_.size() * kBytes;
+  if (!file_.take_space(begin, kBytes)) {
     throw Error(fmt::format("no {} MB more for the map in {}: {}; free some space or set map.swap_folder", kBytes >> 20,
-                            folder_.string(), reason(error)));
+                            folder_.string(), os::reason(errno)));
   }
-  std::byte* const place = aligned_place(kBytes, kRegionPages * kPage);
-  if (place == nullptr || ::mmap(place, kBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, file_, begin) == MAP_FAILED) {
-    throw Error(fmt::format("the map's file in {} cannot be mapped: {}", folder_.string(), reason(errno)));
-  }
-  ::madvise(place, kBytes, MADV_RANDOM);  // what is around a page that is needed is mostly of other blocks
-  chunks_.push_back(place);
+  auto* const chunk = static_cast<std::byte*>(file_.map(begin, kBytes, kRegionPages * kPage));
+  if (chunk == nullptr)
+    throw Error(fmt::format("the map's file in {} cannot be mapped: {}", folder_.string(), os::reason(errno)));
+  chunks_.push_back(chunk);
 }
 
 void BlockPager::came_in(std::size_t pages) {
@@ -139,7 +100,7 @@ void BlockPager::give_back(Block& block) {
   const std::lock_guard lock(mutex_);
   std::size_t pages = block.pages.load(std::memory_order_relaxed);
   for (std::byte* region : block.regions) {
-    ::madvise(region, std::min(pages, kRegionPages) * kPage, MADV_DONTNEED);
+    os::give_back(region, std::min(pages, kRegionPages) * kPage);
     pages -= std::min(pages, kRegionPages);
   }
   given_back_.fetch_add(1, std::memory_order_relaxed);

@@ -17,6 +17,7 @@
 #include <mutex>
 #include <vector>
 
+#include "panoptic/base/os.h"
 #include "panoptic/map/brick_pool.h"
 
 namespace panoptic {
@@ -52,8 +53,8 @@ class BlockPager {
 
  private:
   static constexpr std::size_t kPage = 4096;
-  // A block all of whose voxels are stored takes 24 pages. The system brings in 16 aligned ones at a time if it can; so that these
-  // never belong to two blocks, regions are a multiple of that.
+  // A block all of whose voxels are stored takes 24 pages. The system brings in 16 aligned ones at a time if it can; so that
+  // these never belong to two blocks, regions are a multiple of that.
   static constexpr std::size_t kRegionPages = 32;
   static constexpr std::size_t kChunkRegions = 256;
   static constexpr std::size_t kChunkBlocks = 256;
@@ -77,7 +78,7 @@ class BlockPager {
 
   std::filesystem::path folder_;
   std::size_t limit_pages_;
-  int file_ = -1;
+  os::File file_;
   std::size_t count_ = 0;
   std::vector<std::unique_ptr<BlockChunk>> blocks_;
   std::mutex mutex_;                // of regions

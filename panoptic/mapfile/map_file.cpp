@@ -3,7 +3,6 @@
 #include "panoptic/map_file.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -82,10 +81,6 @@ void put_frames(Database& database, const std::vector<FrameRecord>& frames) {
     }
     put.run();
   }
-}
-
-std::filesystem::path partial_beside(const std::filesystem::path& path) {
-  return path.parent_path() / fmt::format(".{}.{}.partial", path.filename().string(), ::getpid());
 }
 
 // Removes the file with what SQLite may have left beside it.

@@ -2,16 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/mapfile/map_lock.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <mutex>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
@@ -19,12 +16,10 @@
 namespace panoptic {
 namespace {
 
-using FileId = std::pair<dev_t, ino_t>;
-
 // The files that this process writes. None of them may be opened here once more, see the header.
 struct OwnFiles {
   std::mutex mutex;
-  std::set<FileId> ids;
+  std::set<os::FileId> ids;
 };
 
 OwnFiles& own_files() {
@@ -32,13 +27,13 @@ OwnFiles& own_files() {
   return files;
 }
 
-bool take(FileId id) {
+bool take(os::FileId id) {
   OwnFiles& own = own_files();
   const std::lock_guard guard(own.mutex);
   return own.ids.insert(id).second;
 }
 
-void give_back(FileId id) {
+void give_back(os::FileId id) {
   OwnFiles& own = own_files();
   const std::lock_guard guard(own.mutex);
   own.ids.erase(id);
@@ -49,49 +44,13 @@ void give_back(FileId id) {
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
-  throw FileError(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), std::strerror(error)));
+  throw FileError(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), os::reason(error)));
 }
 
-FileId id_of(const std::filesystem::path& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) fail(path, errno);
-  return {status.st_dev, status.st_ino};
+os::FileId id_in(const std::optional<os::FileStatus>& status, const std::filesystem::path& path) {
+  if (!status) fail(path, errno);
+  return status->id;
 }
-
-FileId id_of(int fd, const std::filesystem::path& path) {
-  struct stat status {};
-  if (::fstat(fd, &status) != 0) fail(path, errno);
-  return {status.st_dev, status.st_ino};
-}
-
-// A descriptor of a file with an advisory lock on it, closed unless it is released.
-class LockedFile {
- public:
-  explicit LockedFile(const std::filesystem::path& path)
-      : fd_(open_descriptor(path, O_RDONLY | O_NONBLOCK)) {  // a pipe without a writer must not hang us
-    if (fd_ < 0) fail(path, errno);
-    int result = 0;
-    do {
-      result = ::flock(fd_, LOCK_EX | LOCK_NB);
-    } while (result != 0 && errno == EINTR);
-    if (result == 0) return;
-    const int error = errno;
-    ::close(fd_);
-    if (error == EWOULDBLOCK) refuse(path);
-    fail(path, error);
-  }
-  ~LockedFile() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  LockedFile(const LockedFile&) = delete;
-  LockedFile& operator=(const LockedFile&) = delete;
-
-  int fd() const { return fd_; }
-  int release() { return std::exchange(fd_, -1); }
-
- private:
-  int fd_;
-};
 
 }  // namespace
 
@@ -99,26 +58,30 @@ MapLock::MapLock(const std::filesystem::path& path) {
   // Between two looks at the path another process may have put another file there. Once the lock is on the file of that name
   // nobody does: whoever replaces a map holds the lock on the old one.
   for (;;) {
-    file_ = id_of(path);
-    if (!take(file_)) refuse(path);
+    id_ = id_in(os::status_of(path), path);
+    if (!take(id_)) refuse(path);
     try {
-      LockedFile file(path);
-      if (id_of(file.fd(), path) == file_ && id_of(path) == file_) {
-        fd_ = file.release();
+      os::File file = os::open_to_read(path);
+      const os::FileId opened = id_in(file.status(), path);
+      if (!file.lock()) {
+        errno == EWOULDBLOCK ? refuse(path) : fail(path, errno);
+      }
+      if (opened == id_ && id_in(os::status_of(path), path) == id_) {
+        file_ = std::move(file);
         return;
       }
     } catch (...) {
-      give_back(file_);
+      give_back(id_);
       throw;
     }
-    give_back(file_);
+    give_back(id_);
   }
 }
 
 MapLock::~MapLock() {
-  if (fd_ < 0) return;
-  ::close(fd_);
-  give_back(file_);
+  if (!file_.is_open()) return;
+  file_.close();
+  give_back(id_);
 }
 
 }  // namespace panoptic

@@ -4,10 +4,9 @@
 // The right to write a map file: one process has it at a time. Whoever only reads needs none.
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
-#include <utility>
+
+#include "panoptic/base/os.h"
 
 namespace panoptic {
 
@@ -19,16 +18,14 @@ class MapLock {
   // Takes the lock. Throws Error if there is no such file, or somebody else writes it.
   explicit MapLock(const std::filesystem::path& path);
   ~MapLock();
-  MapLock(MapLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)), file_(std::move(other.file_)) {}
+  MapLock(MapLock&& other) noexcept = default;
   MapLock& operator=(MapLock&&) = delete;
   MapLock(const MapLock&) = delete;
   MapLock& operator=(const MapLock&) = delete;
 
  private:
-  using FileId = std::pair<dev_t, ino_t>;
-
-  int fd_ = -1;
-  FileId file_;
+  os::File file_;
+  os::FileId id_;
 };
 
 }  // namespace panoptic

@@ -5,9 +5,6 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
-#include <cerrno>
-#include <cstring>
-
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
 
@@ -107,7 +104,7 @@ void Database::fail() const {
   require_disk(words);
   const int reason = refused_with(handle_.get(), code);
   throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), words,
-                          reason != 0 ? fmt::format(" ({})", std::strerror(reason)) : "", remedy_for(code)));
+                          reason != 0 ? fmt::format(" ({})", os::reason(reason)) : "", remedy_for(code)));
 }
 
 // SQLite takes a page that the disk would not give for a damaged one, and would have the user throw a good file away.
@@ -115,7 +112,7 @@ void Database::require_disk(std::string_view words) const {
   const int reason = disk_errno(handle_.get());
   if (reason == 0) return;
   throw FileError(
-      fmt::format("map file {}: {} ({}); check the disk and the space on it", path_.string(), words, std::strerror(reason)));
+      fmt::format("map file {}: {} ({}); check the disk and the space on it", path_.string(), words, os::reason(reason)));
 }
 
 void Database::refuse(std::string_view what) const { throw Error(fmt::format("map file {}: {}", path_.string(), what)); }

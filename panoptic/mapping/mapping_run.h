@@ -19,8 +19,7 @@
 
 namespace panoptic {
 
-inline constexpr const char* kOutOfMemory =
-    "out of memory; use larger voxels (--set map.voxel_size_m=...) or fewer frames (--frames)";
+inline constexpr const char* kOutOfMemory = "out of memory";  // a failure
 
 struct MappingRun {
   const Dataset& dataset;

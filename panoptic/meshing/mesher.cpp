@@ -3,10 +3,9 @@
 #include "panoptic/meshing/mesher.h"
 
 #include <algorithm>
-#include <unordered_map>
 #include <utility>
 
-#include "panoptic/map/block_key.h"
+#include "panoptic/meshing/weld.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -18,31 +17,6 @@ void add_with_lower_neighbours(const VoxelMap& map, BlockIndex index, std::vecto
     const Slot slot = map.find_slot({index.x - (n & 1), index.y - (n >> 1 & 1), index.z - (n >> 2 & 1)});
     if (slot != VoxelMap::kNoSlot) slots.push_back(slot);
   }
-}
-
-bool on_border(const ChunkVertex& v) {
-  const auto border = [](std::uint8_t c) { return c == 0 || c == kBlockSide; };
-  return border(v.corner_x) || border(v.corner_y) || border(v.corner_z);
-}
-
-// A grid edge of the whole map.
-struct EdgeKey {
-  std::uint64_t block;
-  std::uint32_t edge;
-
-  bool operator==(const EdgeKey&) const = default;
-};
-struct EdgeHash {
-  std::size_t operator()(const EdgeKey& k) const { return mixed(k.block * 31 + k.edge); }
-};
-
-// The same key from whichever chunk the edge is seen: it belongs to the block that holds its lower corner.
-EdgeKey edge_key(BlockIndex block, const ChunkVertex& v) {
-  block.x += v.corner_x >> 4;
-  block.y += v.corner_y >> 4;
-  block.z += v.corner_z >> 4;
-  const auto voxel = static_cast<std::uint32_t>(voxel_offset(v.corner_x & 15, v.corner_y & 15, v.corner_z & 15));
-  return {pack(block), voxel * 3 + v.axis};
 }
 
 // Remembers the last answer: neighbours mostly bear the same id.
@@ -86,38 +60,12 @@ std::size_t Mesher::update(const PanopticMap& panoptic_map) {
 }
 
 Mesh Mesher::assemble(const PanopticMap& map) const {
-  Mesh mesh;
-  std::size_t vertex_count = 0;
-  std::size_t triangle_count = 0;
-  for (const auto& chunk : chunks_) {
-    vertex_count += chunk->vertices.size();
-    triangle_count += chunk->triangles.size();
-  }
-  mesh.vertices.reserve(vertex_count);
-  mesh.triangles.reserve(triangle_count);
-  std::unordered_map<EdgeKey, std::uint32_t, EdgeHash> border_vertices;
-  std::vector<std::uint32_t> global;
+  std::vector<PlacedChunk> placed;
+  placed.reserve(chunks_.size());
+  for (Slot slot = 0; slot < chunks_.size(); ++slot) placed.push_back({map.voxels.index_of(slot), chunks_[slot].get()});
+  Mesh mesh = weld(placed);
   ClassOfId class_of(map);
-  for (Slot slot = 0; slot < chunks_.size(); ++slot) {
-    const MeshChunk& chunk = *chunks_[slot];
-    global.resize(chunk.vertices.size());
-    for (std::size_t i = 0; i < chunk.vertices.size(); ++i) {
-      const ChunkVertex& v = chunk.vertices[i];
-      auto next = static_cast<std::uint32_t>(mesh.vertices.size());
-      if (on_border(v)) next = border_vertices.try_emplace(edge_key(map.voxels.index_of(slot), v), next).first->second;
-      global[i] = next;
-      if (next < mesh.vertices.size()) {
-        mesh.vertices[next].normal += v.area_normal;
-      } else {
-        mesh.vertices.push_back({v.position, v.area_normal, v.color, class_of(v.panoptic_id), v.panoptic_id});
-      }
-    }
-    for (const auto& t : chunk.triangles) mesh.triangles.push_back({global[t[0]], global[t[1]], global[t[2]]});
-  }
-  for (MeshVertex& v : mesh.vertices) {
-    const float length = v.normal.norm();
-    v.normal = length > 0 ? Vec3f(v.normal / length) : Vec3f::UnitZ();
-  }
+  for (MeshVertex& v : mesh.vertices) v.class_id = class_of(v.panoptic_id);
   return mesh;
 }
 

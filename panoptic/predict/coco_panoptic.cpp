@@ -12,6 +12,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json_value.h"
+#include "panoptic/data/label_json.h"
 #include "panoptic/error.h"
 #include "panoptic/predict/prediction_io.h"
 
@@ -52,24 +53,19 @@ std::map<std::int64_t, std::int64_t> frame_numbers(const JsonValue& root) {
   return frames;
 }
 
-LabelSet labels_of(const JsonValue& root, const std::string& file) {
+LabelSet labels_of(const JsonValue& root) {
+  const JsonValue categories = root.at("categories");
   std::vector<LabelClass> classes;
-  for (const JsonValue& category : root.at("categories").elements()) {
+  for (const JsonValue& category : categories.elements()) {
     LabelClass c;
     c.id = static_cast<ClassId>(category.at("id").integer(1, kMaxClassId));
     c.name = category.at("name").text();
     c.is_thing = category.at("isthing").boolean();
     const std::optional<JsonValue> color = category.find("color");
-    const std::vector<JsonValue> rgb = color ? color->elements() : std::vector<JsonValue>();
-    const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(rgb[i].integer(0, 255)); };
-    c.color = rgb.size() == 3 ? Rgb{channel(0), channel(1), channel(2)} : Rgb{128, 128, 128};
+    c.color = color && color->elements().size() == 3 ? color_in(*color) : Rgb{128, 128, 128};
     classes.push_back(std::move(c));
   }
-  try {
-    return {"coco", std::move(classes)};
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}: {}", file, e.what()));
-  }
+  return label_set_of("coco", std::move(classes), categories);
 }
 
 // Category id -> class of the label set.
@@ -156,7 +152,7 @@ CocoPanoptic read_coco_panoptic(const std::filesystem::path& json_path, const st
   const Json json = read_json_file(json_path, kMaxJsonBytes);
   const JsonValue root(json, file);
   CocoPanoptic coco;
-  coco.labels = labels ? *labels : labels_of(root, file);
+  coco.labels = labels ? *labels : labels_of(root);
   const auto classes = class_of_category(root, coco.labels, file);
   const auto frames = frame_numbers(root);
   const std::filesystem::path folder = picture_folder(json_path);

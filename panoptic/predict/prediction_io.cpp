@@ -13,6 +13,7 @@
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
 #include "panoptic/base/json_value.h"
+#include "panoptic/data/label_json.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
@@ -23,7 +24,6 @@ constexpr const char* kFormat = "panoptic predictions";
 constexpr int kVersion = 1;
 constexpr int kMaxSide_px = 16384;
 constexpr int kMaxClassId = 999;
-constexpr double kMaxSize_m = 1000;
 constexpr std::size_t kMaxSegments = 65535;  // the PNG has 16 bits
 
 std::filesystem::path frame_file(const std::filesystem::path& folder, std::int64_t index, std::string_view extension) {
@@ -41,26 +41,9 @@ Json to_json(const LabelSet& labels) {
   return {{"name", labels.name()}, {"classes", std::move(classes)}};
 }
 
-LabelSet to_labels(const JsonValue& json, const std::string& file) {
-  std::vector<LabelClass> classes;
-  for (const JsonValue& entry : json.at("classes").elements()) {
-    LabelClass c;
-    c.id = static_cast<ClassId>(entry.at("id").integer(1, kMaxClassId));
-    c.name = entry.at("name").text();
-    c.is_thing = entry.at("is_thing").boolean();
-    const std::vector<JsonValue> color = entry.at("color").elements();
-    if (color.size() != 3) entry.at("color").wrong("[red, green, blue]");
-    const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(color[i].integer(0, 255)); };
-    c.color = {channel(0), channel(1), channel(2)};
-    if (const auto size = entry.find("max_size_m")) c.max_size_m = size->number(0, kMaxSize_m);
-    if (const auto support = entry.find("is_support")) c.is_support = support->boolean();
-    classes.push_back(std::move(c));
-  }
-  try {
-    return {json.at("name").text(), std::move(classes)};
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}: {}", file, e.what()));
-  }
+LabelSet to_labels(const JsonValue& json) {
+  const JsonValue classes = json.at("classes");
+  return label_set_of(json.at("name").text(), classes_in(classes), classes);
 }
 
 Json to_json(const Segment& segment, const LabelSet& labels) {
@@ -162,7 +145,7 @@ PredictionFolder open_predictions(const std::filesystem::path& folder) {
     root.at("version").wrong(fmt::format("{}, the only one that this program reads", kVersion));
   }
   const JsonValue image = root.at("image");
-  return {folder, to_labels(root.at("label_set"), file), static_cast<int>(image.at("width").integer(1, kMaxSide_px)),
+  return {folder, to_labels(root.at("label_set")), static_cast<int>(image.at("width").integer(1, kMaxSide_px)),
           static_cast<int>(image.at("height").integer(1, kMaxSide_px))};
 }
 

@@ -14,13 +14,16 @@
 #include "panoptic/outputs.h"
 #include "tests/apps/program.h"
 #include "tests/fresh_folder.h"
+#include "tests/io/run_json.h"
 #include "tests/shared_data.h"
 
 namespace panoptic {
 namespace {
 
 using test::fresh_folder;
+using test::object_json;
 using test::ProgramResult;
+using test::report_json;
 using test::run_program;
 using testing::AllOf;
 using testing::HasSubstr;
@@ -137,11 +140,15 @@ fs::path write_scan_and_run(const fs::path& scan) {
   mesh.triangles = truth.triangles;
   write_scan_truth(scan, truth);
   write_ply(out / "mesh.ply", mesh);
-  write_file(out / "objects.json",
-             R"({"objects": [{"id": 40, "class": "chair", "probabilities": {"chair": 0.9}, "observations": 10}]})");
-  write_file(out / "report.json",
-             R"({"complete": true, "label_set": "indoor", "options": {"map": {"voxel_size_m": 0.024}}, "labels": [
-      {"id": 1, "name": "wall", "is_thing": false}, {"id": 4, "name": "chair", "is_thing": true}, {"id": 39, "name": "orange", "is_thing": true}]})");
+  Json object = object_json(40, "chair");
+  object["probabilities"] = {{"chair", 0.9}};
+  object["observations"] = 10;
+  write_json_file(out / "objects.json", {{"objects", {object}}});
+  Json report = report_json();
+  report["labels"] = Json::parse(R"([{"id": 1, "name": "wall", "is_thing": false, "color": [0, 0, 0]},
+      {"id": 4, "name": "chair", "is_thing": true, "color": [0, 0, 0]},
+      {"id": 39, "name": "orange", "is_thing": true, "color": [0, 0, 0]}])");
+  write_json_file(out / "report.json", report);
   return out;
 }
 

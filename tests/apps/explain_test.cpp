@@ -128,8 +128,8 @@ TEST_F(Explain, UnknownIdsAndFoldersAreOneLine) {
   const ProgramResult folder = run_program({"explain", recording_.string(), "1"});
   EXPECT_EQ(folder.exit_code, 1);
   expect_one_line(folder.err, "no objects.json");
-  EXPECT_EQ(explain("chair").exit_code, 2);
-  EXPECT_EQ(explain("70000").exit_code, 2);
+  expect_one_line(explain("3000000003").err, "no object has the id 3000000003");
+  for (const char* no_id : {"chair", "-1", "4294967296"}) EXPECT_EQ(explain(no_id).exit_code, 2) << no_id;
 }
 
 }  // namespace

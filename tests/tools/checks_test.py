@@ -47,6 +47,12 @@ class Checks(unittest.TestCase):
         self.assertEqual(self.layers_after("panoptic/base/a.h", "#  include <panoptic/map/b.h>\n")[0], 1)
         self.assertEqual(self.layers_after("panoptic/base/a.h", '#include "../map/b.h"\n')[0], 1)
 
+    def test_layers_keep_the_operating_system_behind_its_seam(self):
+        self.assertEqual(self.layers_after("panoptic/base/os.cpp", "#include <unistd.h>\n")[0], 0)
+        code, text = self.layers_after("panoptic/io/a.cpp", "#include <sys/stat.h>\n")
+        self.assertEqual(code, 1)
+        self.assertIn("<sys/stat.h> stays behind panoptic/base/os.cpp", text)
+
     def test_layers_know_which_folder_a_public_header_is_of(self):
         self.assertEqual(self.layers_after("panoptic/map/a.h", '#include "panoptic/voxels.h"\n#include "panoptic/error.h"\n')[0], 0)
         code, text = self.layers_after("panoptic/base/a.h", '#include "panoptic/voxels.h"\n')

@@ -11,9 +11,9 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
 #include "panoptic/outputs.h"
-#include "panoptic/profile.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
+#include "tests/io/run_json.h"
 #include "tests/viewer/small_world.h"
 
 namespace panoptic {
@@ -47,16 +47,7 @@ class ResultFolder : public testing::Test {
   ResultFolder() : folder_(fresh_folder("kitchen")) {
     mesh_ = SnapshotSurface(world_.snapshot()).assemble(test::small_labels());
     write_ply(folder_ / "mesh.ply", mesh_);
-    report_ = Json::parse(R"({"dataset": "made for a test", "predictor": "networks", "complete": true,
-      "frames": {"used": 40, "skipped": 2, "without_prediction": 4}, "wall_s": 2.5, "peak_rss_mb": 80,
-      "stages": {"fusion": {"count": 40, "mean_ms": 3, "p50_ms": 2.5, "p95_ms": 5, "max_ms": 9}},
-      "up": [0, 2, 0], "label_set": "small",
-      "labels": [{"id": 1, "name": "floor", "is_thing": false, "color": [200, 180, 160]},
-                 {"id": 2, "name": "swivel chair", "is_thing": true, "color": [31, 119, 180]}]})");
     report_["options"]["map"]["voxel_size_m"] = world_.map().voxels.voxel_size_m();
-    objects_ = Json::parse(R"({"objects": [{"id": 3, "class_id": 2, "class": "swivel chair",
-      "probabilities": {"swivel chair": 0.75, "floor": 0.25}, "box": {"min_m": [-1, 0, 0], "max_m": [1, 2, 3]},
-      "vertices": 100, "first_frame": 4, "last_frame": 30, "observations": 12}]})");
     write();
   }
   void write() const {
@@ -70,8 +61,8 @@ class ResultFolder : public testing::Test {
   SmallWorld world_;
   fs::path folder_;
   Mesh mesh_;
-  Json report_;
-  Json objects_;
+  Json report_ = test::report_json();
+  Json objects_ = {{"objects", {test::object_json(3, "swivel chair")}}};
 };
 
 TEST_F(ResultFolder, OpensAsTheRunSawIt) {
@@ -127,10 +118,6 @@ TEST_F(ResultFolder, ItsTrajectoryIsThePathOfTheCamera) {
   EXPECT_LE(path.size(), kMaxPathPoints);
   EXPECT_GT(path.size(), kMaxPathPoints / 2);
   EXPECT_EQ(path[1], Vec3f(3, 0, 0));
-  for (const char* wrong : {"0 1 2 3\n", "0 a b c 0 0 0 1\n", "0 nan 0 0 0 0 0 1\n", "0 1e30 0 0 0 0 0 1\n"}) {
-    write_file(folder_ / "trajectory.txt", std::string("0 0 0 0 0 0 0 1\n") + wrong);
-    EXPECT_THAT(refusal(), HasSubstr("trajectory.txt:2: expected"));
-  }
 }
 
 TEST_F(ResultFolder, OtherFoldersAreRefusedInOneLine) {
@@ -145,31 +132,10 @@ TEST_F(ResultFolder, OtherFoldersAreRefusedInOneLine) {
   EXPECT_THAT(refusal(), HasSubstr("report.json"));
 }
 
-TEST_F(ResultFolder, EveryMissingOrWrongValueIsNamed) {
-  const Json good_report = report_;
-  for (const auto& [key, value] : good_report.items()) {
-    if (key == "complete" || key == "predictor" || key == "label_set") continue;
-    for (const Json& wrong : {Json(nullptr), Json("text"), Json(-1), Json::array({1, "a"})}) {
-      if (key == "dataset" && wrong.is_string()) continue;
-      report_ = good_report;
-      report_[key] = wrong;
-      write();
-      EXPECT_THAT(refusal(), AllOf(HasSubstr("report.json"), HasSubstr(key))) << key << " " << wrong;
-    }
-  }
-  report_ = good_report;
-  const Json good_objects = objects_;
-  for (const auto& [key, value] : good_objects["objects"][0].items()) {
-    if (key == "class") continue;
-    objects_ = good_objects;
-    objects_["objects"][0].erase(key);
-    write();
-    EXPECT_THAT(refusal(), AllOf(HasSubstr("objects.json"), HasSubstr(key)));
-  }
-  objects_ = good_objects;
+TEST_F(ResultFolder, AProbabilityOfNoClassIsRefused) {
   objects_["objects"][0]["probabilities"]["spaceship"] = 0.5;
   write();
-  EXPECT_THAT(refusal(), HasSubstr("spaceship"));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("objects.json"), HasSubstr("spaceship")));
 }
 
 TEST_F(ResultFolder, AMeshThatDoesNotFitItsVoxelsIsRefused) {

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Classes in JSON files. Everything throws Error that names the place.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "panoptic/base/json_value.h"
+#include "panoptic/labels.h"
+
+namespace panoptic {
+
+// [red, green, blue]
+Rgb color_in(const JsonValue& value);
+
+// [{id, name, is_thing, color}], as reports and predictions have them; max_size_m and is_support may be there.
+std::vector<LabelClass> classes_in(const JsonValue& list);
+
+// The classes that were read at `place`, which is named if they do not go together.
+LabelSet label_set_of(std::string name, std::vector<LabelClass> classes, const JsonValue& place);
+
+}  // namespace panoptic
