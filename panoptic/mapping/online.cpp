@@ -117,14 +117,14 @@ bool OnlinePipeline::Inside::hand_over(const SharedFrame& arrived, BoundedQueue<
 
 bool OnlinePipeline::push(Frame frame) {
   if (stopped()) return false;
-  const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{std::move(frame), RunControl::Clock::now()});
+  const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{kept(std::move(frame)), RunControl::Clock::now()});
   return inside_->hand_over(arrived, inside_->run.jobs.try_push({arrived, nullptr}));
 }
 
 bool OnlinePipeline::push_when_free(Frame frame) {
   using Pushed = BoundedQueue<FusionJob>::Pushed;
   if (stopped()) return false;
-  const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{std::move(frame), RunControl::Clock::now()});
+  const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{kept(std::move(frame)), RunControl::Clock::now()});
   return inside_->hand_over(arrived, inside_->run.jobs.push({arrived, nullptr}) ? Pushed::kYes : Pushed::kClosed);
 }
 

@@ -94,7 +94,7 @@ void write_orbit_recording(const std::filesystem::path& folder, int frames) {
       depth_mm[p] = static_cast<std::uint16_t>(std::min(frame.depth[p], 60.0F) * 1000);
     const std::filesystem::path stem = folder / fmt::format("frame-{:06}", i);
     write_png(stem.string() + ".depth.png", depth_mm);
-    write_png(stem.string() + ".color.png", frame.color);
+    write_png(stem.string() + ".color.png", frame.color.copied());
     std::ostringstream pose;
     pose.precision(12);
     pose << frame.world_from_camera.matrix() << "\n";
