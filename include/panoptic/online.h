@@ -92,7 +92,6 @@ class OnlinePipeline {
 
  private:
   struct Inside;
-  std::unique_ptr<LatestSnapshot> unseen_;  // where nobody looks on
   std::unique_ptr<Inside> inside_;
 };
 
