@@ -78,37 +78,6 @@ inline std::int32_t fused_color(std::int32_t old_color, float old_weight, std::i
   return static_cast<std::int32_t>(mean > 1.0F ? mean : 1.0F);
 }
 
-// One observation of one voxel. `color` as in RegisteredFrame.
-struct VoxelUpdate {
-  float distance;
-  float weight;
-  std::uint32_t color;
-  LabelSlot label;
-};
-
-inline void fuse_voxel(VoxelBlock& block, std::size_t voxel, const VoxelUpdate& update, const LabelVotes& votes,
-                       float max_weight) {
-  const auto [distance, weight, color, label] = update;
-  const float old_weight = block.weight[voxel];
-  block.distance[voxel] = fused_distance(block.distance[voxel], old_weight, distance, weight);
-  block.weight[voxel] = fused_weight(old_weight, weight, max_weight);
-  if (color != 0) {
-    const auto fuse = [old_weight, w = update.weight](std::uint16_t& channel, std::uint32_t value) {
-      channel = static_cast<std::uint16_t>(fused_color(channel, old_weight, static_cast<std::int32_t>(value & 0xFFU), w));
-    };
-    fuse(block.red[voxel], color >> 16);
-    fuse(block.green[voxel], color >> 8);
-    fuse(block.blue[voxel], color);
-  }
-  if (label != LabelSlot::kNoVote) {
-    const VoxelVotes old{{block.label[voxel], block.label_weight[voxel]}, block.vote_sum[voxel]};
-    const VoxelVotes fused = fused_votes(old, number(label), weight * votes.of(number(label)), max_weight);
-    block.label[voxel] = fused.label.label;
-    block.label_weight[voxel] = fused.label.weight;
-    block.vote_sum[voxel] = fused.sum;
-  }
-}
-
 // The place of a block in the camera frame: the centre of voxel (0, 0, 0), and the steps to the next voxel along each axis.
 struct BlockInCamera {
   float origin[3];

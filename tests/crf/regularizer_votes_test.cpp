@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/crf/regularizer.h"
-#include "panoptic/fusion/integrate_kernels.h"
+#include "tests/fusion/naive_fusion.h"
 #include "tests/objects/floor_map.h"
 
 namespace panoptic {
@@ -54,7 +54,7 @@ TEST(Regularizer, VotesThatCountFourfoldMakeNoLabelSurerThanTheyAre) {
   VoxelBlock& block = map.block(map.allocate({0, 0, 0}));
   constexpr LabelVotes kVotes{4, 100};
   for (int i = 0; i < 10; ++i) {  // four in ten for an object
-    fuse_voxel(block, 0, {0, 1, 0, static_cast<LabelSlot>(i % 5 < 2 ? 100 : 3)}, kVotes, map.max_weight());
+    test::fuse_voxel(block, 0, {0, 1, 0, static_cast<LabelSlot>(i % 5 < 2 ? 100 : 3)}, kVotes, map.max_weight());
   }
   ASSERT_EQ(block.label[0], 100);
   Regularizer regularizer(RegularizerOptions{}, map);

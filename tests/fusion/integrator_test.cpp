@@ -9,10 +9,10 @@
 #include <map>
 #include <memory>
 
-#include "panoptic/fusion/ray_walk.h"
 #include "panoptic/map/block_key.h"
 #include "panoptic/meshing/mesher.h"
 #include "panoptic/parallel.h"
+#include "tests/fusion/naive_fusion.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -188,16 +188,16 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
       const Vec3f direction = to_surface / range;
       const Vec3f surface = origin + to_surface;
       const Vec3f half = direction * (map.truncation_m() / kVoxel_m);
-      walk_cells(surface - half, surface + half, [&](int x, int y, int k) {
+      test::walk_cells(surface - half, surface + half, [&](int x, int y, int k) {
         const Vec3f center = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(k)) + Vec3f::Constant(0.5F);
         const float d = std::clamp((range - direction.dot(center - origin)) * kVoxel_m, -map.truncation_m(), map.truncation_m());
         const float w = observation_weight(z, d, {map.truncation_m(), kVoxel_m});
         if (w <= 0) return;
         std::unique_ptr<VoxelBlock>& block = naive[pack({x >> 4, y >> 4, k >> 4})];
         if (!block) block = std::make_unique<VoxelBlock>();
-        fuse_voxel(*block, static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15)),
-                   {d, w, registered.color[static_cast<std::size_t>(pixel)], labels[static_cast<std::size_t>(pixel)]},
-                   LabelVotes{}, map.max_weight());
+        test::fuse_voxel(*block, static_cast<std::size_t>(voxel_offset(x & 15, y & 15, k & 15)),
+                         {d, w, registered.color[static_cast<std::size_t>(pixel)], labels[static_cast<std::size_t>(pixel)]},
+                         LabelVotes{}, map.max_weight());
       });
     }
   }

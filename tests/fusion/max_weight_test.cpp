@@ -11,6 +11,7 @@
 
 #include "panoptic/fusion/integrate_kernels.h"
 #include "panoptic/voxel_map.h"
+#include "tests/fusion/naive_fusion.h"
 
 namespace panoptic {
 namespace {
@@ -29,7 +30,7 @@ float weight_at(float z_m) { return 1 / (z_m * z_m); }
 std::unique_ptr<VoxelBlock> old_voxel(LabelSlot label, float max_weight) {
   auto block = std::make_unique<VoxelBlock>();
   for (int i = 0; i < kMany; ++i) {
-    fuse_voxel(*block, 0, {kOldDistance_m, weight_at(0.3F), kOldColor, label}, kVotes, max_weight);
+    test::fuse_voxel(*block, 0, {kOldDistance_m, weight_at(0.3F), kOldColor, label}, kVotes, max_weight);
   }
   return block;
 }
@@ -47,7 +48,7 @@ Wins frames_until_new_wins(VoxelBlock& block, float z_m, LabelSlot label, float 
   Wins wins;
   for (int i = 1; wins.distance == 0 || wins.color == 0 || wins.label == 0; ++i) {
     if (i > kMany) break;
-    fuse_voxel(block, 0, {kNewDistance_m, weight_at(z_m), kNewColor, label}, kVotes, max_weight);
+    test::fuse_voxel(block, 0, {kNewDistance_m, weight_at(z_m), kNewColor, label}, kVotes, max_weight);
     if (wins.distance == 0 && block.distance[0] < kHalfWay_m) wins.distance = i;
     if (wins.color == 0 && block.red[0] > kHalfWayColor) wins.color = i;
     if (wins.label == 0 && block.label[0] == number(label)) wins.label = i;
@@ -83,7 +84,7 @@ TEST(MaxWeight, VotesThatFadeKeepWhatTheySay) {
   auto block = std::make_unique<VoxelBlock>();
   for (int i = 0; i < 300000; ++i) {  // seven frames of ten for one label, three for another
     const auto label = static_cast<LabelSlot>(i % 10 < 7 ? 3 : 5);
-    fuse_voxel(*block, 0, {0, 1, 0, label}, kVotes, kLimit);
+    test::fuse_voxel(*block, 0, {0, 1, 0, label}, kVotes, kLimit);
     ASSERT_LE(block->label_weight[0], block->vote_sum[0]);
   }
   EXPECT_EQ(block->label[0], 3);
@@ -95,10 +96,10 @@ TEST(MaxWeight, BelowTheLimitNothingChangesBitForBit) {
   auto limited = std::make_unique<VoxelBlock>();
   auto free = std::make_unique<VoxelBlock>();
   for (int i = 0; i < 500; ++i) {
-    const VoxelUpdate update{0.001F * static_cast<float>(i % 17), 0.1F + 0.01F * static_cast<float>(i % 7),
-                             0xFF000000U + static_cast<std::uint32_t>(i * 7919 % 0xFFFFFF), static_cast<LabelSlot>(i % 3)};
-    fuse_voxel(*limited, 0, update, kVotes, 100);
-    fuse_voxel(*free, 0, update, kVotes, std::numeric_limits<float>::infinity());
+    const test::VoxelUpdate update{0.001F * static_cast<float>(i % 17), 0.1F + 0.01F * static_cast<float>(i % 7),
+                                   0xFF000000U + static_cast<std::uint32_t>(i * 7919 % 0xFFFFFF), static_cast<LabelSlot>(i % 3)};
+    test::fuse_voxel(*limited, 0, update, kVotes, 100);
+    test::fuse_voxel(*free, 0, update, kVotes, std::numeric_limits<float>::infinity());
   }
   ASSERT_LT(free->weight[0], 100);
   EXPECT_EQ(limited->distance, free->distance);
@@ -112,9 +113,9 @@ TEST(MaxWeight, OfNoneAndFramesWithoutWeightLeaveNumbers) {
   const VoxelMap unlimited({0.02F, 4, 0});
   EXPECT_TRUE(std::isinf(unlimited.max_weight()));
   auto block = std::make_unique<VoxelBlock>();
-  fuse_voxel(*block, 0, {0.01F, 1, kOldColor, LabelSlot{3}}, kVotes, unlimited.max_weight());
+  test::fuse_voxel(*block, 0, {0.01F, 1, kOldColor, LabelSlot{3}}, kVotes, unlimited.max_weight());
   const VoxelBlock before = *block;
-  fuse_voxel(*block, 0, {0.02F, 0, kNewColor, LabelSlot{5}}, kVotes, unlimited.max_weight());
+  test::fuse_voxel(*block, 0, {0.02F, 0, kNewColor, LabelSlot{5}}, kVotes, unlimited.max_weight());
   EXPECT_EQ(block->distance, before.distance);
   EXPECT_EQ(block->red, before.red) << "a frame without weight moves no colour";
   EXPECT_EQ(block->label, before.label);
