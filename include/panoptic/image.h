@@ -8,10 +8,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -67,6 +65,9 @@ class Image {
   std::vector<T> pixels_;
 };
 
+// Throws Error unless rows of `length_bytes` can lie `row_bytes` apart there.
+void check_pixels(const void* pixels, int rows, std::ptrdiff_t row_bytes, std::ptrdiff_t length_bytes, std::size_t alignment);
+
 // Copying a view copies no pixels. Whoever makes one sees to it that the pixels stay, unchanged, for as long as it is used.
 template <typename T>
 class ImageView {
@@ -79,7 +80,7 @@ class ImageView {
   // rows would overlap or pixels not be aligned.
   ImageView(const T* pixels, int width, int height, std::ptrdiff_t row_bytes)
       : pixels_(pixels), width_(width), height_(height), row_bytes_(height > 1 ? row_bytes : width * kPixelBytes) {
-    check();
+    check_pixels(pixels, height, row_bytes_, width * kPixelBytes, alignof(T));
   }
 
   int width() const { return width_; }
@@ -108,7 +109,6 @@ class ImageView {
     return copy;
   }
 
-  // The same pixels.
   friend bool operator==(const ImageView& a, const ImageView& b) {
     bool same = a.same_size(b.width_, b.height_);
     for (int v = 0; same && !a.empty() && v < a.height_; ++v) same = std::equal(a.row(v), a.row(v) + a.width_, b.row(v));
@@ -117,19 +117,6 @@ class ImageView {
 
  private:
   static constexpr std::ptrdiff_t kPixelBytes = sizeof(T);
-
-  void check() const {
-    if (width_ < 0 || height_ < 0) throw Error("image: its size is below zero");
-    if (empty()) return;
-    if (pixels_ == nullptr) throw Error("image: it has a size but no pixels");
-    if (std::abs(row_bytes_) < width_ * kPixelBytes) {
-      throw Error("image: its rows overlap: they begin " + std::to_string(row_bytes_) + " bytes apart, and each has " +
-                  std::to_string(width_ * kPixelBytes) + " bytes");
-    }
-    if (reinterpret_cast<std::uintptr_t>(row(0)) % alignof(T) != 0 || row_bytes_ % std::ptrdiff_t{alignof(T)} != 0) {
-      throw Error("image: its pixels do not lie at multiples of " + std::to_string(alignof(T)) + " bytes; copy it");
-    }
-  }
 
   const T* pixels_ = nullptr;
   int width_ = 0;
