@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/eval/run_folder.h"
+#include "panoptic/evaluation.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,9 @@
 #include <limits>
 #include <utility>
 
+#include "panoptic/base/json.h"
 #include "panoptic/error.h"
+#include "panoptic/eval/vertex_labels.h"
 #include "panoptic/outputs.h"
 
 namespace panoptic {
@@ -71,8 +73,7 @@ double read_voxel_size_m(const Json& report, const std::string& where) {
   return size_m;
 }
 
-}  // namespace
-
+// object_confidence of every object in an objects.json.
 std::map<PanopticId, double> object_confidences(const Json& objects, const std::string& source) {
   std::map<PanopticId, double> confidences;
   for (const Json& object : list(objects, "objects", source)) {
@@ -88,6 +89,8 @@ std::map<PanopticId, double> object_confidences(const Json& objects, const std::
   }
   return confidences;
 }
+
+}  // namespace
 
 LabelledMap read_run_folder(const std::filesystem::path& folder, std::vector<std::string>* warnings) {
   const std::string report_path = (folder / "report.json").string();
