@@ -27,7 +27,7 @@ std::size_t image_bytes(const BenchFrame& f) {
 }
 
 template <typename T>
-Image<T> resized(const Image<T>& image, double factor) {
+Image<T> resized(const ImageView<T>& image, double factor) {
   const auto edge = [factor](int px) { return std::max(1, static_cast<int>(std::lround(px * factor))); };
   Image<T> result(edge(image.width()), edge(image.height()));
   for (int v = 0; v < result.height(); ++v) {
@@ -66,11 +66,13 @@ void write_raw_frames(const std::filesystem::path& folder, const BenchFrames& re
   Json poses = Json::array();
   for (const BenchFrame& f : recording.frames) {
     std::vector<std::uint16_t> millimetres;
-    for (const float z : f.frame.depth.pixels()) {
+    const Image<float> metres = f.frame.depth.copied();
+    for (const float z : metres.pixels()) {
       millimetres.push_back(z > 0 && z < 65 ? static_cast<std::uint16_t>(std::lround(z * 1000.0F)) : std::uint16_t{0});
     }
     depth.write(reinterpret_cast<const char*>(millimetres.data()), static_cast<std::streamsize>(millimetres.size() * 2));
-    color.write(reinterpret_cast<const char*>(f.frame.color.data()), static_cast<std::streamsize>(f.frame.color.size() * 3));
+    const Image<Rgb> colors = f.frame.color.copied();
+    color.write(reinterpret_cast<const char*>(colors.data()), static_cast<std::streamsize>(colors.size() * 3));
     const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = f.frame.world_from_camera.matrix();
     poses.push_back(std::vector<double>(pose.data(), pose.data() + pose.size()));
   }

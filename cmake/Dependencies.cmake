@@ -25,7 +25,9 @@ if(PANOPTIC_SIM)
   find_package(tinyobjloader REQUIRED)
 endif()
 # eval/ alone: headers only, without a package of its own
-find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
+if(PANOPTIC_EVAL)
+  find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
+endif()
 # apps/ alone
 if(PANOPTIC_APPS)
   find_package(CLI11 REQUIRED)

@@ -6,14 +6,13 @@
 // The options name the label set and the networks: `labels = "indoor"`, `[networks]`, `semantic = "....toml"`, `instance =
 // "....toml"`.
 #include <panoptic/panoptic.h>
-#include <panoptic/simulation.h>
 
 #include <cstdio>
 
 int main(int argc, char** argv) try {
   if (argc != 4) return std::fprintf(stderr, "usage: %s OPTIONS.toml RECORDING SCENE.glb\n", argv[0]), 2;
   const auto options = panoptic::load_options(argv[1]);
-  const auto dataset = panoptic::open_dataset(argv[2]);
+  const auto dataset = panoptic::open_recording(argv[2]);
   const auto predictor = panoptic::make_predictor(options);
   panoptic::Mapper mapper(options, panoptic::labels_of(options, predictor.get()));
   for (const panoptic::Frame& frame : *dataset) {

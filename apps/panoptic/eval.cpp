@@ -11,12 +11,13 @@
 #include "apps/panoptic/map_result.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
-#include "panoptic/eval/evaluation.h"
-#include "panoptic/eval/run_folder.h"
+#include "panoptic/eval/labelled_vertices.h"
 #include "panoptic/eval/scores_text.h"
 #include "panoptic/eval/submission.h"
-#include "panoptic/io/scannet_scan.h"
+#include "panoptic/eval/vertex_labels.h"
+#include "panoptic/evaluation.h"
 #include "panoptic/parallel.h"
+#include "panoptic/scan_truth.h"
 
 namespace panoptic {
 namespace {
@@ -30,7 +31,7 @@ void print_warnings(const std::vector<std::string>& warnings) {
 void evaluate_run(const Arguments& a, Evaluation& evaluation) {
   std::vector<std::string> warnings;
   const bool is_file = is_map_file(a.evaluated);
-  const LabelledMap map = is_file ? labelled_map(a.evaluated, warnings) : read_run_folder(a.evaluated, &warnings);
+  const LabelledMap map = is_file ? map_to_score(a.evaluated, warnings) : read_run_folder(a.evaluated, &warnings);
   const ScanTruth truth = read_scan_truth(a.truth, a.category_map, &warnings);
   print_warnings(warnings);
   const LabelledVertices prediction = evaluation.add(map, truth);

@@ -85,7 +85,7 @@ Rect around(const PixelBox& box) {
 }
 
 // The mean of the four pixels around (u, v), weighted by nearness; paper outside of the image.
-Rgb sample(const Image<Rgb>& image, double u, double v) {
+Rgb sample(const ImageView<Rgb>& image, double u, double v) {
   if (u < -0.5 || v < -0.5 || u > image.width() - 0.5 || v > image.height() - 0.5) return kPaper;
   const int u0 = std::clamp(static_cast<int>(std::floor(u)), 0, std::max(0, image.width() - 2));
   const int v0 = std::clamp(static_cast<int>(std::floor(v)), 0, std::max(0, image.height() - 2));

@@ -9,39 +9,21 @@
 #include <utility>
 
 #include "apps/panoptic/commands.h"
+#include "panoptic/eval/vertex_labels.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/saved_snapshot.h"
 
 namespace panoptic {
-namespace {
-
-double probability_of_class(const ObjectRegistry& objects, LabelSlot slot) {
-  const ClassId class_id = objects.class_of(slot);
-  for (const ClassProbability& p : objects.probabilities(slot)) {
-    if (p.class_id == class_id) return p.probability;
-  }
-  return 0;
-}
-
-}  // namespace
 
 bool is_map_file(const std::string& path) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(path, ignored);
 }
 
-LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warnings) {
+LabelledMap map_to_score(const std::string& path, std::vector<std::string>& warnings) {
   const SavedMap saved = load_map_and_tell(path);
-  LabelledMap map;
-  map.labels = saved.map.labels;
-  map.voxel_size_m = saved.map.voxels.voxel_size_m();
-  for (const Object& object : saved.map.objects.state().objects) {
-    if (object.id == PanopticId::kUnknown) continue;
-    const auto observations = static_cast<double>(object.observations);
-    map.confidence[object.id] = object_confidence(probability_of_class(saved.map.objects, object.slot), observations);
-  }
-  map.mesh = mesh_of(saved);
+  LabelledMap map = labelled_map(saved.map, mesh_of(saved));
   if (!is_complete(saved)) {
     warnings.push_back(fmt::format("{}: a checkpoint; this is the map of the first frames of its recording", path));
   }

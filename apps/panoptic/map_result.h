@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/viewer/result_folder.h"
-#include "panoptic/eval/vertex_labels.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic {
 
@@ -17,7 +17,7 @@ bool is_map_file(const std::string& path);
 
 // Both throw Error if the file is no sound map. `warnings` hear of a map that is not complete and of classes that NYU40 does not
 // have.
-LabelledMap labelled_map(const std::string& path, std::vector<std::string>& warnings);
+LabelledMap map_to_score(const std::string& path, std::vector<std::string>& warnings);
 OpenedResult open_map_result(const std::string& path);
 
 }  // namespace panoptic

@@ -29,9 +29,8 @@ std::vector<std::uint8_t> overlay_of(const Image<PanopticId>& ids, const LabelSe
 
 }  // namespace
 
-template <typename Pixel, typename Encode>
-std::shared_ptr<const std::string> FramePictures::once(Encoded& slot, const std::shared_ptr<const Image<Pixel>>& image,
-                                                       Encode encode) {
+template <typename Pixels, typename Encode>
+std::shared_ptr<const std::string> FramePictures::once(Encoded& slot, const std::shared_ptr<const Pixels>& image, Encode encode) {
   if (image == nullptr || image->empty()) return nullptr;
   const std::lock_guard lock(mutex_);
   if (slot.image.lock() != image) {
@@ -42,11 +41,11 @@ std::shared_ptr<const std::string> FramePictures::once(Encoded& slot, const std:
 }
 
 std::shared_ptr<const std::string> FramePictures::frame_jpeg(const SnapshotFrame& frame) {
-  return once(frame_, frame.color, [](const Image<Rgb>& image) { return encode_jpeg(image, kJpegQuality); });
+  return once(frame_, frame.color, [](const ImageView<Rgb>& image) { return encode_jpeg(image, kJpegQuality); });
 }
 
 std::shared_ptr<const std::string> FramePictures::labelled_jpeg(const SnapshotFrame& frame) {
-  return once(labelled_, frame.labelled_color, [](const Image<Rgb>& image) { return encode_jpeg(image, kJpegQuality); });
+  return once(labelled_, frame.labelled_color, [](const ImageView<Rgb>& image) { return encode_jpeg(image, kJpegQuality); });
 }
 
 std::shared_ptr<const std::string> FramePictures::overlay_png(const SnapshotFrame& frame, const LabelSet& labels) {

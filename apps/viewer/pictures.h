@@ -28,8 +28,8 @@ class FramePictures {
     std::weak_ptr<const void> image;
     std::shared_ptr<const std::string> bytes;
   };
-  template <typename Pixel, typename Encode>
-  std::shared_ptr<const std::string> once(Encoded& slot, const std::shared_ptr<const Image<Pixel>>& image, Encode encode);
+  template <typename Pixels, typename Encode>
+  std::shared_ptr<const std::string> once(Encoded& slot, const std::shared_ptr<const Pixels>& image, Encode encode);
 
   std::mutex mutex_;
   Encoded frame_;

@@ -40,7 +40,7 @@ std::shared_ptr<const Snapshot> small_snapshot() {
   snapshot->objects = {chair};
   snapshot->frame.index = 3;
   snapshot->frame.color_camera = {4, 2, 3, 3, 1.5, 0.5};
-  snapshot->frame.color = std::make_shared<const Image<Rgb>>(4, 2, Rgb{200, 100, 50});
+  snapshot->frame.color = std::make_shared<const SharedImage<Rgb>>(Image<Rgb>(4, 2, Rgb{200, 100, 50}));
   return snapshot;
 }
 

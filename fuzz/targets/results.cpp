@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/viewer/result_folder.h"
 #include "fuzz/input.h"
-#include "panoptic/eval/run_folder.h"
+#include "panoptic/evaluation.h"
 #include "panoptic/eval/submission.h"
 
 namespace panoptic::fuzz {

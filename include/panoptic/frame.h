@@ -1,7 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One posed RGB-D frame.
+// One posed RGB-D frame. Its images can be borrowed: `frame.depth = SharedImage(ImageView<float>(pixels, width, height,
+// row_bytes))` reads a caller's memory where it lies. Mapper reads a frame during the call alone, and copies neither image;
+// whatever keeps a frame longer (OnlinePipeline, a snapshot for those who look on) keeps the images' owners, and copies images
+// that have none.
 #pragma once
 
 #include <cstdint>
@@ -19,9 +22,12 @@ struct Frame {
   Camera color_camera;                        // may differ from the depth camera in size, intrinsics and place
   Pose color_from_depth = Pose::Identity();   // a point of the depth camera's frame in the colour camera's frame
   Pose world_from_camera = Pose::Identity();  // the depth camera
-  Image<float> depth;                         // metres, planar z, 0 = no reading
-  Image<Rgb> color;                           // as the colour camera saw it
+  SharedImage<float> depth;                   // metres, planar z, 0 = no reading
+  SharedImage<Rgb> color;                     // as the colour camera saw it
 };
+
+// The frame, to be kept for any time: with SharedImage::kept images.
+Frame kept(Frame frame);
 
 // Whether a frame can be used: not with a NaN pose, images of the wrong size, no colour, or no depth reading at all.
 Outcome check(const Frame& frame);

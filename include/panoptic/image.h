@@ -1,11 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A plain image: row-major, no padding, pixel (u, v) = column u, row v, (0, 0) top left.
+// Images: row-major, pixel (u, v) = column u, row v, (0, 0) top left. An Image owns its pixels, an ImageView reads those of
+// another, and a SharedImage is what is passed on: pixels that nobody changes any more, owned or borrowed.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,6 +25,7 @@ struct Rgb {
   bool operator==(const Rgb&) const = default;
 };
 
+// Rows follow one another without padding.
 template <typename T>
 class Image {
  public:
@@ -59,6 +63,84 @@ class Image {
   int width_ = 0;
   int height_ = 0;
   std::vector<T> pixels_;
+};
+
+// Throws Error unless rows of `length_bytes` can lie `row_bytes` apart there.
+void check_pixels(const void* pixels, int rows, std::ptrdiff_t row_bytes, std::ptrdiff_t length_bytes, std::size_t alignment);
+
+// Copying a view copies no pixels. Whoever makes one sees to it that the pixels stay, unchanged, for as long as it is used.
+template <typename T>
+class ImageView {
+ public:
+  ImageView() = default;
+  ImageView(const Image<T>& image)  // NOLINT(google-explicit-constructor): every image can be read
+      : ImageView(image.data(), image.width(), image.height()) {}
+  ImageView(const T* pixels, int width, int height) : ImageView(pixels, width, height, std::ptrdiff_t{width} * kPixelBytes) {}
+  // Rows begin `row_bytes` apart; below zero: the last row comes first in memory. Throws Error if there are no pixels, or where
+  // rows would overlap or pixels not be aligned.
+  ImageView(const T* pixels, int width, int height, std::ptrdiff_t row_bytes)
+      : pixels_(pixels), width_(width), height_(height), row_bytes_(height > 1 ? row_bytes : width * kPixelBytes) {
+    check_pixels(pixels, height, row_bytes_, width * kPixelBytes, alignof(T));
+  }
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::size_t size() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+  bool empty() const { return size() == 0; }
+  bool same_size(int width, int height) const { return width_ == width && height_ == height; }
+  std::ptrdiff_t row_bytes() const { return row_bytes_; }
+  bool is_dense() const { return row_bytes_ == width_ * kPixelBytes; }  // as an Image is
+
+  const T* row(int v) const {
+    PANOPTIC_ASSERT(v >= 0 && v < height_);
+    return reinterpret_cast<const T*>(reinterpret_cast<const char*>(pixels_) + v * row_bytes_);
+  }
+  const T& operator()(int u, int v) const {
+    PANOPTIC_ASSERT(u >= 0 && u < width_);
+    return row(v)[u];
+  }
+  const T& operator[](std::size_t i) const {
+    const auto width = static_cast<std::size_t>(width_);
+    return (*this)(static_cast<int>(i % width), static_cast<int>(i / width));
+  }
+  Image<T> copied() const {
+    Image<T> copy(width_, height_);
+    for (int v = 0; v < height_ && width_ > 0; ++v) std::copy_n(row(v), width_, copy.row(v));
+    return copy;
+  }
+
+  friend bool operator==(const ImageView& a, const ImageView& b) {
+    bool same = a.same_size(b.width_, b.height_);
+    for (int v = 0; same && !a.empty() && v < a.height_; ++v) same = std::equal(a.row(v), a.row(v) + a.width_, b.row(v));
+    return same;
+  }
+
+ private:
+  static constexpr std::ptrdiff_t kPixelBytes = sizeof(T);
+
+  const T* pixels_ = nullptr;
+  int width_ = 0;
+  int height_ = 0;
+  std::ptrdiff_t row_bytes_ = 0;
+};
+
+// Copies share the pixels.
+template <typename T>
+class SharedImage : public ImageView<T> {
+ public:
+  SharedImage() = default;
+  SharedImage(Image<T> image)  // NOLINT(google-explicit-constructor): it takes the image
+      : ImageView<T>(image), owner_(std::make_shared<const Image<T>>(std::move(image))) {}
+  // Borrows pixels. They must stay, unchanged, until `owner` is let go, which happens with the last copy of this; or, without
+  // an owner, for as long as whoever gets the image says that it reads them.
+  explicit SharedImage(const ImageView<T>& pixels, std::shared_ptr<const void> owner = nullptr)
+      : ImageView<T>(pixels), owner_(std::move(owner)) {}
+
+  // The image, to be kept for any time: itself where it has an owner, else a copy.
+  SharedImage kept() const { return owner_ != nullptr ? *this : SharedImage(this->copied()); }
+
+ private:
+  std::shared_ptr<const void> owner_;
 };
 
 }  // namespace panoptic

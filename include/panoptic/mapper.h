@@ -35,7 +35,8 @@ class Mapper {
   Mapper& operator=(const Mapper&) = delete;
 
   // Fuses one frame, then does what is due between frames (object maintenance, regularizer). A frame that cannot be used (NaN
-  // pose, wrong size, no depth ...) changes nothing and is counted in frames(). An empty segmentation leaves labels alone.
+  // pose, wrong size, no depth ...) changes nothing and is counted in frames(). An empty segmentation leaves labels alone. Frame
+  // and segmentation are read during the call alone, where they lie: their memory may be another program's.
   Outcome add(const Frame& frame, const Segmentation& segmentation);
 
   // The two halves of `add`, for runs where labels come later than frames: all geometry first and the labels of the same frame

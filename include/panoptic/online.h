@@ -72,7 +72,8 @@ class OnlinePipeline {
   OnlinePipeline(const OnlinePipeline&) = delete;
   OnlinePipeline& operator=(const OnlinePipeline&) = delete;
 
-  // Takes a frame, as it comes from a camera. Never waits: false if it was dropped because fusion is behind, or if the run is
+  // Takes a frame, as it comes from a camera, and keeps it until its labels are fused and no snapshot shows it any more: borrowed
+  // images that have no owner are copied. Never waits: false if it was dropped because fusion is behind, or if the run is
   // over.
   bool push(Frame frame);
   // The same for recordings that should be mapped whole: waits for room. False if the run is over.
@@ -91,7 +92,6 @@ class OnlinePipeline {
 
  private:
   struct Inside;
-  std::unique_ptr<LatestSnapshot> unseen_;  // where nobody looks on
   std::unique_ptr<Inside> inside_;
 };
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Everything that a program needs to map a recording: see examples/01_map_a_recording.cpp. Headers of their own have questions
-// to a map (query.h), two maps of one place (map_pairs.h), frames as they arrive (online.h), stage times (profile.h) and
-// simulated homes (simulation.h).
+// to a map (query.h), two maps of one place (map_pairs.h), frames as they arrive (online.h), stage times (profile.h), how
+// many threads work (parallel.h), simulated homes (simulation.h) and scores (evaluation.h).
 #pragma once
 
 #include "panoptic/error.h"
@@ -15,7 +15,6 @@
 #include "panoptic/mesh.h"
 #include "panoptic/options.h"
 #include "panoptic/outputs.h"
-#include "panoptic/parallel.h"
 #include "panoptic/predictor.h"
 #include "panoptic/segmentation.h"
 #include "panoptic/source.h"

@@ -21,8 +21,8 @@ namespace panoptic {
 // time. join(semantic(color), instances(color)) is what predict gives for a frame with that colour image (Eq. 1). Valid as long
 // as the predictor lives.
 struct PredictorHalves {
-  std::function<Image<ClassId>(const Image<Rgb>& color)> semantic;
-  std::function<std::vector<Instance>(const Image<Rgb>& color)> instances;
+  std::function<Image<ClassId>(const ImageView<Rgb>& color)> semantic;
+  std::function<std::vector<Instance>(const ImageView<Rgb>& color)> instances;
   std::function<Segmentation(const Image<ClassId>& semantic, const std::vector<Instance>& instances)> join;
 };
 

@@ -44,8 +44,8 @@ class Dataset {
   // Positions in the sequence, 0 <= position < size(). Known without reading frames.
   virtual std::size_t size() const = 0;
 
-  // Decodes one frame. Never throws for a bad frame (invalid pose, unreadable image): says why instead.
-  // May be called from several threads at once.
+  // Decodes one frame; images that it borrows without an owner stay as long as the dataset. Never throws for a bad frame (invalid
+  // pose, unreadable image): says why instead. May be called from several threads at once.
   virtual ReadResult read(std::size_t position) const = 0;
 
   // Every usable frame in order, decoded ahead on another thread: for (const Frame& frame : dataset).

@@ -31,7 +31,8 @@ std::span<const std::uint8_t> as_bytes(const std::string& text) {
 
 template <typename T>
 PixelRows rows_of(const Image<T>& image, int channels) {
-  return {image.data(), image.width(), image.height(), channels, static_cast<int>(8 * sizeof(T)) / channels};
+  return {image.data(), image.width(), image.height(), channels,
+          static_cast<int>(8 * sizeof(T)) / channels};
 }
 
 std::vector<std::uint8_t> encoded(std::vector<std::uint8_t> bytes, std::string_view name, const char* format) {
@@ -107,8 +108,10 @@ Image<float> read_gray_float(const std::filesystem::path& path) {
   return decode_tiff_float(file);
 }
 
-std::vector<std::uint8_t> encode_jpeg(const Image<Rgb>& image, int quality) {
-  return encoded(jpeg_from_rows(rows_of(image, 3), quality), "an image", "JPEG");
+std::vector<std::uint8_t> encode_jpeg(const ImageView<Rgb>& image, int quality) {
+  if (!image.is_dense()) return encode_jpeg(image.copied(), quality);
+  const PixelRows rows{image.empty() ? nullptr : image.row(0), image.width(), image.height(), 3, 8};
+  return encoded(jpeg_from_rows(rows, quality), "an image", "JPEG");
 }
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) { return encoded_png(rows_of(image, 1)); }

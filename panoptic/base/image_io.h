@@ -28,7 +28,7 @@ Image<Rgb> decode_rgb(std::span<const std::uint8_t> bytes, std::string_view name
 Image<std::uint16_t> decode_gray16(std::span<const std::uint8_t> bytes, std::string_view name);
 
 // The bytes of such files. REQUIRES an image that is not empty. JPEG: quality 1..100.
-std::vector<std::uint8_t> encode_jpeg(const Image<Rgb>& image, int quality);
+std::vector<std::uint8_t> encode_jpeg(const ImageView<Rgb>& image, int quality);
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image);
 std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image);
 // Colours with transparency; 0 = see-through. REQUIRES two images of one size.

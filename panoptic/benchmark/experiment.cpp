@@ -10,6 +10,9 @@
 #include <utility>
 
 #include "panoptic/error.h"
+#include "panoptic/eval/benchmark_classes.h"
+#include "panoptic/eval/instance_ap.h"
+#include "panoptic/evaluation.h"
 #include "panoptic/mapper.h"
 #include "panoptic/profile.h"
 #include "panoptic/sim/ground_truth.h"
@@ -48,20 +51,6 @@ struct Mapping {
   }
 };
 
-std::map<PanopticId, double> confidences(const ObjectRegistry& objects, const Mesh& mesh) {
-  std::map<PanopticId, double> result;
-  for (const MeshVertex& vertex : mesh.vertices) {
-    const Object* object = objects.find(vertex.panoptic_id);
-    if (object == nullptr || result.contains(vertex.panoptic_id)) continue;
-    double probability = 0;
-    for (const ClassProbability& p : objects.probabilities(object->slot)) {
-      probability = std::max(probability, static_cast<double>(p.probability));
-    }
-    result[object->id] = object_confidence(probability, static_cast<double>(object->observations));
-  }
-  return result;
-}
-
 struct Totals {
   Evaluation evaluation;
   double fusion_p50_ms = 0;
@@ -72,12 +61,8 @@ struct Totals {
 
 void finish(const Mapping& mapping, const ScanTruth& truth, Totals& totals) {
   if (mapping.mapper) mapping.mapper->finish();
-  LabelledMap map;
-  map.mesh = mapping.mapper ? mapping.mapper->mesh() : mapping.substitute->mesh();
   const PanopticMap& mapped = mapping.mapper ? mapping.mapper->map() : mapping.substitute->map();
-  map.labels = mapped.labels;
-  map.voxel_size_m = static_cast<double>(mapped.voxels.voxel_size_m());
-  map.confidence = confidences(mapped.objects, map.mesh);
+  const LabelledMap map = labelled_map(mapped, mapping.mapper ? mapping.mapper->mesh() : mapping.substitute->mesh());
   totals.objects += map.confidence.size();
   totals.map_mb = std::max(totals.map_mb, static_cast<double>(mapped.voxels.memory_bytes()) / 1e6);
   totals.evaluation.add(map, truth);

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "panoptic/benchmark/substitutes.h"
-#include "panoptic/eval/evaluation.h"
+#include "panoptic/evaluation.h"
 #include "panoptic/options.h"
 #include "panoptic/sim/simulation.h"
 

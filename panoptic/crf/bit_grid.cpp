@@ -79,11 +79,6 @@ void BitGrid::intersect(const BitGrid& other) {
   for (std::size_t w = 0; w < bits_.size(); ++w) bits_[w] &= other.bits_[w];
 }
 
-void BitGrid::unite(const BitGrid& other) {
-  PANOPTIC_ASSERT(bits_.size() == other.bits_.size());
-  for (std::size_t w = 0; w < bits_.size(); ++w) bits_[w] |= other.bits_[w];
-}
-
 std::size_t BitGrid::number_points() {
   ranks_.resize(bits_.size());
   std::uint32_t count = 0;

@@ -49,7 +49,6 @@ class BitGrid {
   explicit BitGrid(const GridBox& box);
 
   const GridBox& box() const { return box_; }
-  std::size_t words_per_row() const { return words_per_row_; }
   // Row y, z of the box; coordinates count from the box's origin here and below.
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const { return bits_.data() + row_offset(y, z); }
 
@@ -71,7 +70,6 @@ class BitGrid {
   // Adds every point of the box within `radius` of a point of the set along one axis (0, 1, 2: x, y, z).
   void dilate(int axis, std::int32_t radius);
   void intersect(const BitGrid& other);  // REQUIRES the same box
-  void unite(const BitGrid& other);      // REQUIRES the same box
 
   // Numbers the points and returns how many there are. Changes to the set afterwards make the numbers wrong.
   std::size_t number_points();

@@ -23,7 +23,20 @@ bool sees_too_much(const Camera& camera) {
   return !(std::hypot(x, y) <= kTangentOfHalf);
 }
 
+bool has_reading(const ImageView<float>& depth) {
+  const auto is_reading = [](float z) { return z > 0 && std::isfinite(z); };
+  bool any = false;
+  for (int v = 0; v < depth.height() && !any; ++v) any = std::any_of(depth.row(v), depth.row(v) + depth.width(), is_reading);
+  return any;
+}
+
 }  // namespace
+
+Frame kept(Frame frame) {
+  frame.depth = frame.depth.kept();
+  frame.color = frame.color.kept();
+  return frame;
+}
 
 Outcome check(const Frame& frame) {
   if (!is_finite(frame.world_from_camera)) return Outcome::refused("pose is not finite");
@@ -41,9 +54,7 @@ Outcome check(const Frame& frame) {
   if (!frame.color.same_size(frame.color_camera.width, frame.color_camera.height))
     return Outcome::refused("colour image has the wrong size");
   if (!is_rigid(frame.color_from_depth)) return Outcome::refused("colour camera pose is not a rigid transform");
-  const auto pixels = frame.depth.pixels();
-  const bool any = std::any_of(pixels.begin(), pixels.end(), [](float z) { return z > 0 && std::isfinite(z); });
-  return any ? Outcome{} : Outcome::refused("depth image has no reading");
+  return has_reading(frame.depth) ? Outcome{} : Outcome::refused("depth image has no reading");
 }
 
 }  // namespace panoptic

@@ -1,12 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/eval/evaluation.h"
+#include "panoptic/evaluation.h"
 
 #include <fmt/format.h>
 
 #include <utility>
 
 #include "panoptic/error.h"
+#include "panoptic/eval/instance_ap.h"
+#include "panoptic/eval/labelled_vertices.h"
+#include "panoptic/eval/panoptic_quality.h"
+#include "panoptic/eval/semantic_iou.h"
+#include "panoptic/eval/surface_metrics.h"
+#include "panoptic/eval/vertex_labels.h"
 
 namespace panoptic {
 namespace {
@@ -29,6 +35,12 @@ void count_coverage(const VertexLabels& truth, const std::vector<ClassId>& predi
   }
 }
 
+// The counts of what was added, made when there is something to count.
+template <typename Counter>
+Counter& started(std::optional<Counter>& counter) {
+  return counter ? *counter : counter.emplace();
+}
+
 Surface surface_of(const ScanTruth& truth) { return {truth.positions, truth.triangles}; }
 
 Surface surface_of(const Mesh& mesh) {
@@ -45,37 +57,55 @@ std::optional<double> Coverage::coverage() const {
   return static_cast<double>(labelled) / static_cast<double>(annotated);
 }
 
-Evaluation::Evaluation(const std::string& variant) : variants_{pq_variant(variant)} {
+struct Evaluation::Counts {
+  std::vector<PqVariant> variants;
+  std::vector<std::string> scenes = {};
+  Coverage coverage = {};
+  std::optional<SemanticIou> semantic = {};
+  std::optional<InstanceAp> instances = {};
+  std::vector<PanopticQuality> panoptic = {};  // one per variant; empty until there is something to count
+  std::optional<SurfaceMetrics> surface = {};
+
+  void add_panoptic(const VertexLabels& truth, const VertexLabels& prediction) {
+    if (panoptic.empty()) panoptic.assign(variants.size(), PanopticQuality(kBenchmarkClassCount));
+    for (std::size_t i = 0; i < variants.size(); ++i) {
+      panoptic[i].add(true_segments(truth, variants[i]), predicted_segments(prediction, variants[i]));
+    }
+  }
+};
+
+Evaluation::Evaluation(const std::string& variant) : counts_(new Counts{{pq_variant(variant)}}) {
   for (const PqVariant& other : pq_variants()) {
-    if (other.name != variant) variants_.push_back(other);
+    if (other.name != variant) counts_->variants.push_back(other);
   }
 }
+Evaluation::~Evaluation() = default;
+Evaluation::Evaluation(Evaluation&&) noexcept = default;
+Evaluation& Evaluation::operator=(Evaluation&&) noexcept = default;
 
 void Evaluation::add(const LabelledVertices& prediction, const ScanTruth& truth) {
   const VertexLabels labels = labels_of(truth);
   require_same(truth.scene, prediction.labels.class_id.size(), labels.class_id.size());
   require_same(truth.scene, prediction.labels.instance.size(), labels.class_id.size());
-  count_coverage(labels, prediction.labels.class_id, prediction.reached, coverage_);
-  count_semantic(labels, prediction.labels.class_id);
-  count_panoptic(labels, prediction.labels);
-  if (!instances_) instances_.emplace();
-  instances_->add(labels, instance_masks(prediction));
-  scenes_.push_back(truth.scene);
+  count_coverage(labels, prediction.labels.class_id, prediction.reached, counts_->coverage);
+  started(counts_->semantic).add(labels.class_id, prediction.labels.class_id);
+  counts_->add_panoptic(labels, prediction.labels);
+  started(counts_->instances).add(labels, instance_masks(prediction));
+  counts_->scenes.push_back(truth.scene);
 }
 
 LabelledVertices Evaluation::add(const LabelledMap& map, const ScanTruth& truth) {
   LabelledVertices prediction = carry_labels(map, truth.positions);
   add(prediction, truth);
-  if (!surface_) surface_.emplace();
-  surface_->add(surface_of(map.mesh), surface_of(truth));
+  started(counts_->surface).add(surface_of(map.mesh), surface_of(truth));
   return prediction;
 }
 
 void Evaluation::add_semantic(const std::string& scene, const VertexLabels& truth, const std::vector<ClassId>& prediction) {
   require_same(scene, prediction.size(), truth.class_id.size());
-  count_coverage(truth, prediction, {}, coverage_);
-  count_semantic(truth, prediction);
-  scenes_.push_back(scene);
+  count_coverage(truth, prediction, {}, counts_->coverage);
+  started(counts_->semantic).add(truth.class_id, prediction);
+  counts_->scenes.push_back(scene);
 }
 
 void Evaluation::add_instances(const std::string& scene, const VertexLabels& truth, const std::vector<InstanceMask>& prediction) {
@@ -86,41 +116,28 @@ void Evaluation::add_instances(const std::string& scene, const VertexLabels& tru
       covered[v] = mask.class_id;
     }
   }
-  count_coverage(truth, covered, {}, coverage_);
-  if (!instances_) instances_.emplace();
-  instances_->add(truth, prediction);
-  scenes_.push_back(scene);
+  count_coverage(truth, covered, {}, counts_->coverage);
+  started(counts_->instances).add(truth, prediction);
+  counts_->scenes.push_back(scene);
 }
 
 void Evaluation::add_panoptic(const std::string& scene, const VertexLabels& truth, const VertexLabels& prediction) {
   require_same(scene, prediction.class_id.size(), truth.class_id.size());
-  count_coverage(truth, prediction.class_id, {}, coverage_);
-  count_panoptic(truth, prediction);
-  scenes_.push_back(scene);
-}
-
-void Evaluation::count_semantic(const VertexLabels& truth, const std::vector<ClassId>& prediction) {
-  if (!semantic_) semantic_.emplace();
-  semantic_->add(truth.class_id, prediction);
-}
-
-void Evaluation::count_panoptic(const VertexLabels& truth, const VertexLabels& prediction) {
-  if (panoptic_.empty()) panoptic_.assign(variants_.size(), PanopticQuality(kBenchmarkClassCount));
-  for (std::size_t i = 0; i < variants_.size(); ++i) {
-    panoptic_[i].add(true_segments(truth, variants_[i]), predicted_segments(prediction, variants_[i]));
-  }
+  count_coverage(truth, prediction.class_id, {}, counts_->coverage);
+  counts_->add_panoptic(truth, prediction);
+  counts_->scenes.push_back(scene);
 }
 
 Scores Evaluation::scores() const {
   Scores scores;
-  scores.scenes = scenes_;
-  scores.coverage = coverage_;
-  if (semantic_) scores.semantic = semantic_->scores();
-  if (instances_) scores.instance = instances_->scores();
-  for (std::size_t i = 0; i < panoptic_.size(); ++i) {
-    scores.panoptic.push_back(panoptic_scores(panoptic_[i].counts(), variants_[i]));
+  scores.scenes = counts_->scenes;
+  scores.coverage = counts_->coverage;
+  if (counts_->semantic) scores.semantic = counts_->semantic->scores();
+  if (counts_->instances) scores.instance = counts_->instances->scores();
+  for (std::size_t i = 0; i < counts_->panoptic.size(); ++i) {
+    scores.panoptic.push_back(panoptic_scores(counts_->panoptic[i].counts(), counts_->variants[i]));
   }
-  if (surface_) scores.surface = surface_->scores();
+  if (counts_->surface) scores.surface = counts_->surface->scores();
   return scores;
 }
 

@@ -9,6 +9,7 @@
 
 #include "panoptic/error.h"
 #include "panoptic/eval/average_precision.h"
+#include "panoptic/eval/benchmark_classes.h"
 
 namespace panoptic {
 namespace {

@@ -4,30 +4,12 @@
 // ScanNet's instance benchmark in 3D: average precision over the scenes, as its public evaluator counts it.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <optional>
+#include <cstddef>
 #include <vector>
 
-#include "panoptic/eval/benchmark_classes.h"
-#include "panoptic/eval/labelled_vertices.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic {
-
-// Average precisions; nothing where no scene has a true instance of 100 vertices or more.
-struct ApScores {
-  std::optional<double> ap;    // mean over the thresholds .50, .55, ... .90
-  std::optional<double> ap50;  // IoU > .50
-  std::optional<double> ap25;
-
-  bool operator==(const ApScores&) const = default;
-};
-
-struct InstanceScores {
-  ApScores mean;                                       // over the classes that are defined
-  ApScores class_agnostic;                             // the same count with one class for everything; see below
-  std::array<ApScores, kBenchmarkClassCount> classes;  // as in benchmark_classes(); nothing for wall and floor
-};
 
 constexpr std::size_t kMinRegionVertices = 100;  // smaller instances count neither as truth nor as prediction
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "panoptic/error.h"
+#include "panoptic/eval/benchmark_classes.h"
 
 namespace panoptic {
 namespace {

@@ -6,24 +6,13 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "panoptic/eval/benchmark_classes.h"
-#include "panoptic/eval/labelled_vertices.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic {
-
-// Rules for how the vertices of a scan become segments, and which classes are averaged.
-struct PqVariant {
-  std::string name;
-  std::size_t min_true_thing = 0;       // true things with less vertices become void
-  std::size_t min_predicted_thing = 0;  // predicted things with less vertices become void
-  bool merge_stuff = true;              // all of a stuff class is one segment, whatever its instance numbers
-  bool average_true_only = false;       // leave classes without a true segment out of the averages
-};
 
 // "pq-scannet20" (the default), "seed", "ndt", "coco": docs/evaluation.md.
 const std::array<PqVariant, 4>& pq_variants();
@@ -41,29 +30,7 @@ struct PqSegments {
   std::vector<PqSegment> segments;
 };
 
-struct PqCounts {
-  std::uint64_t tp = 0;
-  std::uint64_t fp = 0;
-  std::uint64_t fn = 0;
-  double iou_sum = 0;  // over the matches
-};
-
-struct PqScores {
-  std::optional<double> pq;  // nothing where there is nothing to count
-  std::optional<double> sq;
-  std::optional<double> rq;
-
-  bool operator==(const PqScores&) const = default;
-};
 PqScores pq_scores(const PqCounts& counts);
-
-struct PanopticScores {
-  PqVariant variant;
-  PqScores all;  // means over the classes that count
-  PqScores things;
-  PqScores stuff;
-  std::array<PqCounts, kBenchmarkClassCount> counts;  // as in benchmark_classes()
-};
 
 class PanopticQuality {
  public:

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/eval/run_folder.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "panoptic/eval/vertex_labels.h"
+#include "panoptic/evaluation.h"
 #include "panoptic/io/run_files.h"
 
 namespace panoptic {

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "panoptic/eval/panoptic_quality.h"
+
 namespace panoptic {
 namespace {
 

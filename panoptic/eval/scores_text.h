@@ -7,7 +7,7 @@
 #include <string>
 
 #include "panoptic/base/json.h"
-#include "panoptic/eval/evaluation.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic {
 
@@ -18,8 +18,5 @@ Json to_json(const Scores& scores);
 
 // One line per class; undefined is nan. Instance scores alone give the benchmark's own header.
 std::string to_csv(const Scores& scores);
-
-// A table of classes and means, in percent, with the coverage and the rules of the count.
-std::string to_table(const Scores& scores);
 
 }  // namespace panoptic

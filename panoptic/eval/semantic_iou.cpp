@@ -3,6 +3,7 @@
 #include "panoptic/eval/semantic_iou.h"
 
 #include "panoptic/error.h"
+#include "panoptic/eval/benchmark_classes.h"
 
 namespace panoptic {
 

@@ -6,27 +6,11 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <vector>
 
-#include "panoptic/eval/benchmark_classes.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic {
-
-struct ClassIou {
-  std::uint64_t tp = 0;
-  std::uint64_t fp = 0;
-  std::uint64_t fn = 0;
-
-  // The IoU; nothing if the class occurs neither in truth nor in predictions, 0 if only in predictions.
-  std::optional<double> iou() const;
-};
-
-struct SemanticScores {
-  std::optional<double> miou;                          // over the defined classes
-  std::array<ClassIou, kBenchmarkClassCount> classes;  // as in benchmark_classes()
-};
 
 class SemanticIou {
  public:

@@ -18,6 +18,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
 #include "panoptic/eval/instance_ap.h"
+#include "panoptic/eval/labelled_vertices.h"
 #include "panoptic/io/scannet_scan.h"
 
 namespace panoptic {

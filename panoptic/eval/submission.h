@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/eval/labelled_vertices.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic {
 

@@ -6,10 +6,11 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
+#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "panoptic/evaluation.h"
 #include "panoptic/geometry.h"
 
 namespace panoptic {
@@ -22,20 +23,6 @@ struct Surface {
 
 // `count` points, uniform by area and the same every time; none if the surface has no area.
 std::vector<Vec3f> sample_surface(const Surface& surface, std::size_t count);
-
-// Nothing without a surface of the truth; a map without any has missed all of it.
-struct ThresholdScores {
-  double threshold_m = 0;
-  std::optional<double> precision;  // share of the map's points with the truth nearer than the threshold; nothing without points
-  std::optional<double> recall;     // share of the truth's points with the map nearer
-  std::optional<double> f_score;    // their harmonic mean
-};
-
-struct SurfaceScores {
-  std::optional<double> accuracy_m;    // mean distance from the map's points to the truth; nothing without a surface
-  std::optional<double> completion_m;  // mean distance from the truth's points to the map
-  std::array<ThresholdScores, 2> at;   // 5 cm, 2.5 cm
-};
 
 class SurfaceMetrics {
  public:

@@ -55,6 +55,12 @@ std::vector<ClassId> class_table(const LabelSet& labels) {
   return table;
 }
 
+double probability_of_class(const ObjectRegistry& objects, LabelSlot slot) {
+  const std::vector<ClassProbability> all = objects.probabilities(slot);
+  const auto own = std::ranges::find(all, objects.class_of(slot), &ClassProbability::class_id);
+  return own == all.end() ? 0 : static_cast<double>(own->probability);
+}
+
 }  // namespace
 
 std::optional<ClassId> nyu40_of_class_name(std::string_view name) {
@@ -82,6 +88,17 @@ std::vector<std::string> foreign_classes(const LabelSet& labels) {
 double object_confidence(double class_probability, double observations) {
   constexpr double kHalfTrusted = 10;  // after so many frames
   return class_probability * observations / (observations + kHalfTrusted);
+}
+
+LabelledMap labelled_map(const PanopticMap& map, Mesh mesh) {
+  LabelledMap result{std::move(mesh), map.labels, {}, static_cast<double>(map.voxels.voxel_size_m())};
+  for (const MeshVertex& vertex : result.mesh.vertices) {
+    const Object* object = map.objects.find(vertex.panoptic_id);
+    if (object == nullptr || result.confidence.contains(object->id)) continue;
+    result.confidence[object->id] =
+        object_confidence(probability_of_class(map.objects, object->slot), static_cast<double>(object->observations));
+  }
+  return result;
 }
 
 LabelledVertices carry_labels(const LabelledMap& map, const std::vector<Vec3f>& points) {

@@ -4,27 +4,16 @@
 // Carries labels from a map to the vertices of a scan: every vertex of the truth takes the labels of the map's nearest vertex.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "panoptic/eval/labelled_vertices.h"
-#include "panoptic/labels.h"
-#include "panoptic/mesh.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic {
 
 constexpr double kReach_voxels = 2;  // vertices of the truth farther from the map are unknown
-
-// A map as it was made, in memory or read from a run's folder.
-struct LabelledMap {
-  Mesh mesh;
-  LabelSet labels;
-  std::map<PanopticId, double> confidence;  // of the objects; 1 where it is missing
-  double voxel_size_m = 0;
-};
 
 // NYU40's class for a class name of a map: NYU40's own names, then the everyday names of our label sets and of COCO
 // (docs/evaluation.md has the table). Nothing for a name that is neither.

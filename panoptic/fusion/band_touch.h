@@ -13,9 +13,6 @@
 
 namespace panoptic {
 
-// Block coordinates beyond this are refused before they are turned into integers.
-inline bool within_grid(const Vec3f& block) { return block.cwiseAbs().maxCoeff() < static_cast<float>(kMaxBlockCoordinate - 2); }
-
 // Fills each list with the keys (pack in block_key.h) of the blocks that its share of the rows touches; a key may occur more
 // than once. Rows run in parallel, one list = one task: the keys depend on the number of lists, not on that of threads.
 void touch_bands(const FrameView& view, const Band& band, float block_m, std::span<std::vector<std::uint64_t>> keys);

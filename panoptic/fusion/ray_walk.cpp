@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/fusion/ray_walk.h"
 
+#include <limits>
+
 #include "panoptic/base/clones.h"
 #include "panoptic/base/floor.h"
 

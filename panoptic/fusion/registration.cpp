@@ -164,7 +164,13 @@ const RegisteredFrame& Registration::apply(const Frame& frame, const Segmentatio
   });
   if (!one_camera) {
     limit_visibility();
-    parallel_for(kBands, [&](std::size_t band) { gather_visible(frame, segmentation, bands_[band]); });
+    parallel_for(kBands, [&](std::size_t band) {
+      if (frame.color.is_dense()) {
+        gather_visible(frame.color.row(0), segmentation, bands_[band]);
+      } else {
+        gather_visible(frame.color, segmentation, bands_[band]);
+      }
+    });
   }
   result_.readings = 0;
   result_.farthest_m = 0;
@@ -209,10 +215,14 @@ void Registration::clean_depth(const Frame& frame, Band& band) {
 
 void Registration::gather_registered(const Frame& frame, const Segmentation& segmentation, const Band& band) {
   const bool labelled = !segmentation.segment_at.empty();
-  for (std::size_t i = result_.index(band.rows.begin); i < result_.index(band.rows.end); ++i) {
-    const bool reading = result_.depth[i] > 0;
-    result_.color[i] = reading ? packed(frame.color[i]) : 0;
-    result_.segment[i] = reading && labelled ? segmentation.segment_at[i] : RegisteredFrame::kNoSegment;
+  for (int row = band.rows.begin; row < band.rows.end; ++row) {
+    const std::size_t first = result_.index(row);
+    const Rgb* colors = frame.color.row(row);
+    for (std::size_t u = 0; u < static_cast<std::size_t>(result_.width); ++u) {
+      const bool reading = result_.depth[first + u] > 0;
+      result_.color[first + u] = reading ? packed(colors[u]) : 0;
+      result_.segment[first + u] = reading && labelled ? segmentation.segment_at[first + u] : RegisteredFrame::kNoSegment;
+    }
   }
 }
 
@@ -285,9 +295,10 @@ void Registration::limit_visibility() {
   limits_.back() = -kFar;
 }
 
-void Registration::gather_visible(const Frame& frame, const Segmentation& segmentation, const Band& band) {
+// `colors`: by number of the colour pixel.
+template <typename Colors>
+void Registration::gather_visible(const Colors& colors, const Segmentation& segmentation, const Band& band) {
   const bool labelled = !segmentation.segment_at.empty();
-  const Rgb* colors = frame.color.data();
   const std::uint16_t* segments = segmentation.segment_at.data();
   const float* limits = limits_.data();
   std::uint32_t* __restrict color = result_.color.data() + result_.index(band.rows.begin);

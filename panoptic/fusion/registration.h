@@ -70,7 +70,8 @@ class Registration {
   void project(const Frame& frame, Band& band);
   void find_nearest(Band& band, std::size_t begin_cell, std::size_t end_cell);
   void limit_visibility();
-  void gather_visible(const Frame& frame, const Segmentation& segmentation, const Band& band);
+  template <typename Colors>
+  void gather_visible(const Colors& colors, const Segmentation& segmentation, const Band& band);
 
   DepthOptions options_;
   RegisteredFrame result_;

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "panoptic/data/scan_truth.h"
+#include "panoptic/scan_truth.h"
 
 namespace panoptic {
 

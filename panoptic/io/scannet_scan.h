@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/scan_truth.h"
+#include "panoptic/scan_truth.h"
 
 namespace panoptic {
 
@@ -18,13 +18,5 @@ namespace panoptic {
 // of the class. Stuff without an instance gets one above all others; unannotated vertices lose theirs. Throws Error if a vector
 // has not one entry per position, an instance is of two classes, a class is not one of NYU40's, or a file cannot be written.
 void write_scan_truth(const std::filesystem::path& folder, const ScanTruth& truth);
-
-// The scan in the folder; its id is taken from the mesh's name. Class = NYU40 number of the group's raw label, instance = the
-// group's objectId + 1; a segment that two groups claim belongs to the later one. Raw labels are looked up in `category_map`
-// (ScanNet's TSV), else in a scannetv2-labels.combined.tsv in the folder or up to two folders above, else they must be NYU40
-// names; a label that is not found counts as not annotated. `warnings`, if given, hears of such labels (once for all) and of
-// segments claimed twice. Throws Error naming the file for missing, malformed or contradicting files.
-ScanTruth read_scan_truth(const std::filesystem::path& folder, const std::filesystem::path& category_map = {},
-                          std::vector<std::string>* warnings = nullptr);
 
 }  // namespace panoptic

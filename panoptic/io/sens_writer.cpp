@@ -40,13 +40,14 @@ Matrix16 intrinsic(const Camera& camera) {
   return row_major(matrix);
 }
 
-std::vector<std::uint8_t> deflate_depth(const Image<float>& depth) {
+std::vector<std::uint8_t> deflate_depth(const ImageView<float>& depth) {
   constexpr float kMost = 65535;
-  std::vector<std::uint16_t> raw(depth.size());
-  for (std::size_t i = 0; i < raw.size(); ++i) {
-    const float mm = depth[i] * kMillimetres + 0.5F;
-    raw[i] = mm >= 1 && mm < kMost + 1 ? static_cast<std::uint16_t>(mm) : std::uint16_t{0};
-  }
+  const auto in_millimetres = [](float z) {
+    const float mm = z * kMillimetres + 0.5F;
+    return mm >= 1 && mm < kMost + 1 ? static_cast<std::uint16_t>(mm) : std::uint16_t{0};
+  };
+  Image<std::uint16_t> raw(depth.width(), depth.height());
+  for (int v = 0; v < depth.height(); ++v) std::transform(depth.row(v), depth.row(v) + depth.width(), raw.row(v), in_millimetres);
   const auto size = static_cast<uLong>(raw.size() * sizeof(std::uint16_t));
   uLongf packed = ::compressBound(size);
   std::vector<std::uint8_t> blob(packed);

@@ -17,7 +17,7 @@ MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages
       registration_(options.depth),
       tracker_(options.tracker, map_.labels),
       integrator_(options.integrator, map_.voxels, map_.labels.first_thing()),
-      maintenance_(options.objects, map_.labels),
+      maintenance_(options.objects),
       regularizer_(options.regularizer, map_.voxels),
       mesher_(options.mesher),
       regularizes_(options.regularizer.enabled),
@@ -157,7 +157,7 @@ void MapperParts::run_due_tasks(Counted counted) {
   }
 }
 
-void MapperParts::maintain() { maintenance_.run(map_.voxels, map_.objects, regularizer_.votes(), so_far()); }
+void MapperParts::maintain() { maintenance_.run(map_, regularizer_.votes(), so_far()); }
 
 void MapperParts::regularize_changes() {
   if (regularizer_.run(map_.voxels) > 0) prune();
@@ -180,7 +180,7 @@ void MapperParts::prune() {
 }
 
 void MapperParts::finish() {
-  timed("maintain", [&] { maintenance_.finish(map_.voxels, map_.objects, regularizer_.votes(), so_far()); });
+  timed("maintain", [&] { maintenance_.finish(map_, regularizer_.votes(), so_far()); });
   regularize();
   forget_votes_without_voxels();
 }

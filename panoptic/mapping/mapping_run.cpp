@@ -32,7 +32,7 @@ Segmentation predict(const MappingRun& run, const Frame& frame) {
 }
 
 void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
-  const auto frame = std::make_shared<const Frame>(std::move(read));
+  const auto frame = std::make_shared<const Frame>(publisher != nullptr ? kept(std::move(read)) : std::move(read));
   const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
   const Outcome outcome = run.mapper.add(*frame, *segmentation);
   recorder.frame(*frame, !segmentation->segment_at.empty(), outcome);

@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -19,8 +20,8 @@ namespace {
 constexpr const char* kDropped = "dropped: fusion was behind";
 
 // A stage on a thread of its own; whatever it throws ends the run.
-std::thread start(const char* name, SharedRun& run, void (*stage)(SharedRun&)) {
-  std::thread thread([&run, stage] {
+std::jthread start(const char* name, SharedRun& run, void (*stage)(SharedRun&)) {
+  std::jthread thread([&run, stage] {
     try {
       stage(run);
     } catch (...) {
@@ -29,10 +30,6 @@ std::thread start(const char* name, SharedRun& run, void (*stage)(SharedRun&)) {
   });
   pthread_setname_np(thread.native_handle(), name);  // for top and debuggers
   return thread;
-}
-
-void join(std::thread& thread) {
-  if (thread.joinable()) thread.join();
 }
 
 }  // namespace
@@ -47,34 +44,31 @@ Fields fields(OnlineOptions& o) {
 }
 
 struct OnlinePipeline::Inside {
-  SharedRun run;
-  std::thread fusion = {}, networks = {}, semantic = {}, regularizer = {}, mesher = {};
-  bool finished = false;
-  OnlineReport report = {};
+  Inside(const Parts& parts, const OnlineOptions& options);
+  ~Inside() { end_stages(); }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
 
   void start_stages();
   void end_stages();
-  bool hand_over(const SharedFrame& arrived, BoundedQueue<FusionJob>::Pushed pushed);
+  bool take(Frame frame, bool when_free);
+
+  LatestSnapshot unseen;  // where nobody looks on
+  SharedRun run;
+  std::jthread fusion, networks, semantic, regularizer, mesher;
+  std::optional<OnlineReport> report;
 };
 
+OnlinePipeline::Inside::Inside(const Parts& parts, const OnlineOptions& options)
+    : run{.parts = parts,
+          .options = options,
+          .halves = parts.predictor != nullptr ? parts.predictor->halves() : std::nullopt,
+          .publisher = SnapshotPublisher(parts.latest != nullptr ? *parts.latest : unseen),
+          .jobs = BoundedQueue<FusionJob>(static_cast<std::size_t>(options.waiting_frames))} {}
+
 OnlinePipeline::OnlinePipeline(const Parts& parts, const OnlineOptions& options)
-    : unseen_(std::make_unique<LatestSnapshot>()),
-      inside_(new Inside{{.options = options,
-                          .total = parts.total,
-                          .before_work = parts.before_work,
-                          .predictor = parts.predictor,
-                          .halves = parts.predictor != nullptr ? parts.predictor->halves() : std::nullopt,
-                          .mapper = parts.mapper,
-                          .recorder = parts.recorder,
-                          .publisher = SnapshotPublisher(parts.latest != nullptr ? *parts.latest : *unseen_),
-                          .jobs = BoundedQueue<FusionJob>(static_cast<std::size_t>(options.waiting_frames))}}) {
-  try {
-    inside_->start_stages();
-  } catch (...) {
-    fail(inside_->run, std::current_exception());
-    inside_->end_stages();
-    throw;
-  }
+    : inside_(std::make_unique<Inside>(parts, options)) {
+  inside_->start_stages();
 }
 
 OnlinePipeline::~OnlinePipeline() {
@@ -84,56 +78,47 @@ OnlinePipeline::~OnlinePipeline() {
 
 void OnlinePipeline::Inside::start_stages() {
   fusion = start("fusion", run, fuse_jobs);
-  if (run.predictor != nullptr) networks = start("networks", run, predict_newest);
+  if (run.parts.predictor != nullptr) networks = start("networks", run, predict_newest);
   if (run.halves) semantic = start("semantic", run, run_semantic_network);
   regularizer = start("regularizer", run, regularize_now_and_then);
   mesher = start("mesher", run, publish_now_and_then);
 }
 
-// In the order in which work flows, so that each stage gets what the one before it still gives.
+// In the order in which work flows, so that each stage gets what the one before it still gives. To let go of a thread is to
+// wait for its end.
 void OnlinePipeline::Inside::end_stages() {
   run.newest.close();
-  join(networks);
+  networks = {};
   run.semantic_todo.close();
-  join(semantic);
+  semantic = {};
   run.jobs.close();
-  join(fusion);
+  fusion = {};
   run.control.end();
-  join(regularizer);
-  join(mesher);
+  regularizer = {};
+  mesher = {};
 }
 
 // The networks learn of a frame only now that its geometry is on its way, so its labels can never come first.
-bool OnlinePipeline::Inside::hand_over(const SharedFrame& arrived, BoundedQueue<FusionJob>::Pushed pushed) {
-  using Pushed = BoundedQueue<FusionJob>::Pushed;
-  using Arrival = OnlineCounters::Arrival;
-  const bool taken = pushed == Pushed::kYes;
+bool OnlinePipeline::Inside::take(Frame frame, bool when_free) {
+  if (run.control.stopped()) return false;
+  const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{kept(std::move(frame)), RunControl::Clock::now()});
+  const Pushed pushed = when_free ? run.jobs.push({arrived, nullptr}) : run.jobs.try_push({arrived, nullptr});
   const bool dropped = pushed == Pushed::kFull;
-  const bool passed_over = taken && run.predictor != nullptr && run.newest.put(arrived);
-  if (dropped && run.recorder != nullptr) run.dropped.put(record_of(arrived->frame, false, Outcome::refused(kDropped)));
-  run.counters.arrived(taken ? Arrival::kTaken : dropped ? Arrival::kDropped : Arrival::kTooLate, passed_over);
-  return taken;
+  const bool passed_over = pushed == Pushed::kYes && run.parts.predictor != nullptr && run.newest.put(arrived);
+  if (dropped && run.parts.recorder != nullptr) run.dropped.put(record_of(arrived->frame, false, Outcome::refused(kDropped)));
+  run.counters.arrived(dropped, passed_over);
+  return pushed == Pushed::kYes;
 }
 
-bool OnlinePipeline::push(Frame frame) {
-  if (stopped()) return false;
-  const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{std::move(frame), RunControl::Clock::now()});
-  return inside_->hand_over(arrived, inside_->run.jobs.try_push({arrived, nullptr}));
-}
-
-bool OnlinePipeline::push_when_free(Frame frame) {
-  using Pushed = BoundedQueue<FusionJob>::Pushed;
-  if (stopped()) return false;
-  const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{std::move(frame), RunControl::Clock::now()});
-  return inside_->hand_over(arrived, inside_->run.jobs.push({arrived, nullptr}) ? Pushed::kYes : Pushed::kClosed);
-}
+bool OnlinePipeline::push(Frame frame) { return inside_->take(std::move(frame), false); }
+bool OnlinePipeline::push_when_free(Frame frame) { return inside_->take(std::move(frame), true); }
 
 void OnlinePipeline::skip(const SkippedFrame& frame) {
   SharedRun& run = inside_->run;
   {
     const std::lock_guard lock(run.mapper_mutex);
-    run.mapper.skip(frame);
-    if (run.recorder != nullptr) run.recorder->not_given({.frame = frame.index, .unused_because = frame.reason});
+    run.parts.mapper.skip(frame);
+    if (run.parts.recorder != nullptr) run.parts.recorder->not_given({.frame = frame.index, .unused_because = frame.reason});
   }
   run.counters.unreadable();
 }
@@ -143,18 +128,17 @@ bool OnlinePipeline::stopped() const { return inside_->run.control.stopped(); }
 
 OnlineReport OnlinePipeline::finish() {
   SharedRun& run = inside_->run;
-  if (std::exchange(inside_->finished, true)) return inside_->report;
+  if (inside_->report) return *inside_->report;
   inside_->end_stages();
   record_dropped(run);
   try {
-    if (!run.control.failure()) run.mapper.finish();
+    if (!run.control.failure()) run.parts.mapper.finish();
     publish(run, true);
   } catch (...) {
     fail(run, std::current_exception());
   }
-  run.mapper.profile().add(run.counters.stages());
-  OnlineReport& report = inside_->report;
-  report = run.counters.report();
+  run.parts.mapper.profile().add(run.counters.stages());
+  OnlineReport& report = inside_->report.emplace(run.counters.report());
   report.stopped_by = run.control.stopped_by();
   report.failure = run.control.failure();
   return report;

@@ -9,10 +9,10 @@
 
 namespace panoptic {
 
-void OnlineCounters::arrived(Arrival arrival, bool passed_over) {
+void OnlineCounters::arrived(bool dropped, bool passed_over) {
   const std::lock_guard lock(mutex_);
   ++report_.read;
-  if (arrival == Arrival::kDropped) ++report_.dropped;
+  if (dropped) ++report_.dropped;
   if (passed_over) ++report_.passed_over;
 }
 

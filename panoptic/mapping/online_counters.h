@@ -19,9 +19,8 @@ class OnlineCounters {
  public:
   using Clock = std::chrono::steady_clock;
 
-  enum class Arrival { kTaken, kDropped, kTooLate };
   // A frame was handed over; `passed_over`: the networks will not see the one before it.
-  void arrived(Arrival arrival, bool passed_over);
+  void arrived(bool dropped, bool passed_over);
   void unreadable();
   // The geometry of a frame was fused, or refused.
   void fused(Clock::time_point read_at);

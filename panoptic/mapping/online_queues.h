@@ -16,13 +16,13 @@
 
 namespace panoptic {
 
+enum class Pushed { kYes, kFull, kClosed };
+
 // First in, first out, never more than `capacity` at a time.
 template <typename T>
 class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {}
-
-  enum class Pushed { kYes, kFull, kClosed };
 
   // Does not wait.
   Pushed try_push(T value) {
@@ -32,13 +32,13 @@ class BoundedQueue {
     add(std::move(value));
     return Pushed::kYes;
   }
-  // Waits for room; false if the queue was closed. `extra` places beyond the capacity are kept for those who ask for them.
-  bool push(T value, std::size_t extra = 0) {
+  // Waits for room. `extra` places beyond the capacity are kept for those who ask for them.
+  Pushed push(T value, std::size_t extra = 0) {
     std::unique_lock lock(mutex_);
     room_.wait(lock, [&] { return closed_ || values_.size() < capacity_ + extra; });
-    if (closed_) return false;
+    if (closed_) return Pushed::kClosed;
     add(std::move(value));
-    return true;
+    return Pushed::kYes;
   }
   // Waits for a value; nothing when the queue is closed and empty.
   std::optional<T> pop() {

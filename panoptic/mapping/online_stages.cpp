@@ -15,17 +15,17 @@ using Clock = RunControl::Clock;
 
 // The frame goes into the map file; blocks are copied if it is time, so the mapper must be held.
 void record(SharedRun& run, const ArrivedFrame& arrived, const Outcome& outcome) {
-  if (run.recorder == nullptr) return;
+  if (run.parts.recorder == nullptr) return;
   record_dropped(run);
-  arrived.position = run.recorder->frame(arrived.frame, false, outcome);
-  run.recorder->save_if_due(run.mapper);
+  arrived.position = run.parts.recorder->frame(arrived.frame, false, outcome);
+  run.parts.recorder->save_if_due(run.parts.mapper);
 }
 
 void fuse_geometry(SharedRun& run, const FusionJob& job) {
   Outcome outcome;
   {
     const std::lock_guard lock(run.mapper_mutex);
-    outcome = run.mapper.add_geometry(job.arrived->frame);
+    outcome = run.parts.mapper.add_geometry(job.arrived->frame);
     record(run, *job.arrived, outcome);
     if (outcome.used) {
       run.publisher.fused({job.arrived, &job.arrived->frame});
@@ -38,17 +38,17 @@ void fuse_geometry(SharedRun& run, const FusionJob& job) {
 void fuse_labels(SharedRun& run, const FusionJob& job) {
   {
     const std::lock_guard lock(run.mapper_mutex);
-    if (!run.mapper.add_labels(job.arrived->frame, *job.segmentation).used) return;
-    if (run.recorder != nullptr) run.recorder->labelled(job.arrived->frame, job.arrived->position);
-    run.publisher.labelled({{job.arrived, &job.arrived->frame}, job.segmentation, run.mapper.segment_ids()});
+    if (!run.parts.mapper.add_labels(job.arrived->frame, *job.segmentation).used) return;
+    if (run.parts.recorder != nullptr) run.parts.recorder->labelled(job.arrived->frame, job.arrived->position);
+    run.publisher.labelled({{job.arrived, &job.arrived->frame}, job.segmentation, run.parts.mapper.segment_ids()});
   }
   run.counters.labelled(job.arrived->read_at);
 }
 
 Segmentation predict(SharedRun& run, const SharedFrame& arrived) {
-  if (!run.halves) return run.predictor->predict(arrived->frame);
+  if (!run.halves) return run.parts.predictor->predict(arrived->frame);
   run.semantic_todo.push(arrived);
-  run.before_work("instance");
+  run.parts.before_work("instance");
   const Stopwatch running;
   const std::vector<Instance> instances = run.halves->instances(arrived->frame.color);
   run.counters.took("instance", running);
@@ -61,18 +61,18 @@ void regularize(SharedRun& run) {
   std::vector<std::vector<Slot>> tiles;
   {
     const std::lock_guard lock(run.mapper_mutex);
-    tiles = run.mapper.parts().choose_tiles();
+    tiles = run.parts.mapper.parts().choose_tiles();
   }
   for (const std::vector<Slot>& blocks : tiles) {
     if (!run.control.wait_until(Clock::now())) return;
     TileGraph tile;
     {
       const std::lock_guard lock(run.mapper_mutex);
-      tile = run.mapper.parts().gather(blocks);
+      tile = run.parts.mapper.parts().gather(blocks);
     }
-    TileChanges changes = run.mapper.parts().solve(tile);
+    TileChanges changes = run.parts.mapper.parts().solve(tile);
     const std::lock_guard lock(run.mapper_mutex);
-    run.mapper.parts().write_back(std::move(changes));
+    run.parts.mapper.parts().write_back(std::move(changes));
   }
 }
 
@@ -81,7 +81,7 @@ template <typename Work>
 void now_and_then(SharedRun& run, float every_s, const char* stage, const Work& work) {
   const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(every_s));
   for (auto due = Clock::now() + period; run.control.wait_until(due); due = std::max(due + period, Clock::now())) {
-    run.before_work(stage);
+    run.parts.before_work(stage);
     work();
   }
 }
@@ -90,27 +90,28 @@ void now_and_then(SharedRun& run, float every_s, const char* stage, const Work& 
 
 void fuse_jobs(SharedRun& run) {
   while (const std::optional<FusionJob> job = run.jobs.pop()) {
-    run.before_work("fusion");
+    run.parts.before_work("fusion");
     job->segmentation ? fuse_labels(run, *job) : fuse_geometry(run, *job);
   }
 }
 
 void predict_newest(SharedRun& run) {
   while (const std::optional<SharedFrame> arrived = run.newest.take()) {
-    run.before_work("networks");
+    run.parts.before_work("networks");
     if (!check((*arrived)->frame).used) continue;
     const Stopwatch predicting;
     auto segmentation = std::make_shared<const Segmentation>(predict(run, *arrived));
     run.counters.took("predict", predicting);
     // One place is kept for labels, so that frames cannot crowd them out.
-    if (!segmentation->segment_at.empty() && !run.jobs.push({*arrived, std::move(segmentation)}, 1)) break;
+    if (segmentation->segment_at.empty()) continue;
+    if (run.jobs.push({*arrived, std::move(segmentation)}, 1) == Pushed::kClosed) break;
   }
   run.semantic_todo.close();
 }
 
 void run_semantic_network(SharedRun& run) {
   while (const std::optional<SharedFrame> arrived = run.semantic_todo.pop()) {
-    run.before_work("semantic");
+    run.parts.before_work("semantic");
     const Stopwatch running;
     Image<ClassId> classes = run.halves->semantic((*arrived)->frame.color);
     run.counters.took("semantic", running);
@@ -133,14 +134,14 @@ void publish_now_and_then(SharedRun& run) {
 void publish(SharedRun& run, bool finished) {
   const Stopwatch publishing;
   RunState state = run.counters.run_state();
-  state.frames_total = run.total;
+  state.frames_total = run.parts.total;
   state.finished = finished;
   state.stopped_by = run.control.stopped_by();
   std::vector<Clock::time_point> seen;
   MapCapture capture;
   {
     const std::lock_guard lock(run.mapper_mutex);
-    capture = run.publisher.capture(run.mapper, std::move(state));
+    capture = run.publisher.capture(run.parts.mapper, std::move(state));
     seen.swap(run.fused_unseen);
   }
   run.publisher.publish(std::move(capture));
@@ -149,8 +150,8 @@ void publish(SharedRun& run, bool finished) {
 }
 
 void record_dropped(SharedRun& run) {
-  if (run.recorder == nullptr) return;
-  for (FrameRecord& record : run.dropped.take_all()) run.recorder->not_given(std::move(record));
+  if (run.parts.recorder == nullptr) return;
+  for (FrameRecord& record : run.dropped.take_all()) run.parts.recorder->not_given(std::move(record));
 }
 
 void fail(SharedRun& run, std::exception_ptr failure) {

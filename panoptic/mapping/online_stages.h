@@ -7,10 +7,8 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
-#include <functional>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "panoptic/frame.h"
@@ -20,6 +18,7 @@
 #include "panoptic/mapping/online_queues.h"
 #include "panoptic/mapping/publisher.h"
 #include "panoptic/mapping/run_recorder.h"
+#include "panoptic/online.h"
 #include "panoptic/options.h"
 #include "panoptic/predictor.h"
 #include "panoptic/segmentation.h"
@@ -42,15 +41,11 @@ struct FusionJob {
 
 // All that the stages share.
 struct SharedRun {
+  const OnlinePipeline::Parts parts;
   const OnlineOptions options;
-  const std::uint64_t total;  // frames that will come; 0 = not known
-  const std::function<void(std::string_view stage)> before_work;
-  Predictor* const predictor;
-  const std::optional<PredictorHalves> halves;
+  const std::optional<PredictorHalves> halves;  // of the predictor
 
-  FairMutex mapper_mutex;  // guards these four
-  Mapper& mapper;
-  RunRecorder* const recorder;                                   // may be nullptr
+  FairMutex mapper_mutex;                                        // guards mapper and recorder, and these two
   SnapshotPublisher publisher;                                   // but for publish
   std::vector<RunControl::Clock::time_point> fused_unseen = {};  // read times of the frames that no snapshot shows yet
 

@@ -24,7 +24,7 @@ class LoopPublisher {
   LoopPublisher(Mapper& mapper, LatestSnapshot& latest, std::uint64_t total)
       : mapper_(mapper), publisher_(latest), total_(total) {}
 
-  // mapper.add took this frame.
+  // mapper.add took this frame, whose images are kept (panoptic/frame.h).
   void added(std::shared_ptr<const Frame> frame, std::shared_ptr<const Segmentation> segmentation);
   // So many positions are done; publishes if the last time was long enough ago.
   void at(std::uint64_t done);

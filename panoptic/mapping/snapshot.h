@@ -47,12 +47,12 @@ struct SnapshotFrame {
   std::int64_t index = -1;  // -1: no frame yet
   double time_s = 0;
   Camera color_camera;
-  Pose world_from_color = Pose::Identity();  // the colour camera
-  std::shared_ptr<const Image<Rgb>> color;   // null: not kept (a finished result that is opened again)
+  Pose world_from_color = Pose::Identity();       // the colour camera
+  std::shared_ptr<const SharedImage<Rgb>> color;  // null: not kept (a finished result that is opened again)
   // The newest frame with labels, which may be older than `index`: its colours and the panoptic id of each of its colour
   // pixels.
   std::int64_t labelled_index = -1;
-  std::shared_ptr<const Image<Rgb>> labelled_color;
+  std::shared_ptr<const SharedImage<Rgb>> labelled_color;
   std::shared_ptr<const Image<PanopticId>> labelled_ids;
 };
 

@@ -72,9 +72,6 @@ Fields fields(MaintenanceOptions& o) {
            "how much longer than its class can be an object may seem before it is of another class", in_range(1, 100)}};
 }
 
-ObjectMaintenance::ObjectMaintenance(const MaintenanceOptions& options, LabelSet labels)
-    : options_(options), labels_(std::move(labels)) {}
-
 void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
   if (!options_.enabled) return;
   for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -84,34 +81,34 @@ void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
 
 bool ObjectMaintenance::is_voted_on(const Pass& pass, std::uint32_t i) {
   const auto [slot, voxel] = pass.surface.place_of(i);
-  return was_voted_on(pass.map.block(slot), voxel);
+  return was_voted_on(pass.map.voxels.block(slot), voxel);
 }
 
 VoxelsByLabel ObjectMaintenance::objects_of(const Pass& pass) {
-  return pass.surface.by_label([&](LabelSlot id) { return pass.objects.find(id) != nullptr; });
+  return pass.surface.by_label([&](LabelSlot id) { return pass.map.objects.find(id) != nullptr; });
 }
 
-ObjectMaintenance::Pass ObjectMaintenance::begin(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far) {
+ObjectMaintenance::Pass ObjectMaintenance::begin(PanopticMap& map, FrameVotes& votes, const SoFar& so_far) {
   std::erase_if(covisible_, [&](const auto& entry) {  // of objects that are no more
-    return objects.find(entry.first.first) == nullptr || objects.find(entry.first.second) == nullptr;
+    return map.objects.find(entry.first.first) == nullptr || map.objects.find(entry.first.second) == nullptr;
   });
-  surface_.update(map);
-  map.begin_epoch();
-  return {map, objects, votes, surface_, vertical(map, surface_, so_far.up), so_far.frame, 0};
+  surface_.update(map.voxels);
+  map.voxels.begin_epoch();
+  return {map, votes, surface_, vertical(map.voxels, surface_, so_far.up), so_far.frame, 0};
 }
 
-void ObjectMaintenance::run(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far) {
+void ObjectMaintenance::run(PanopticMap& map, FrameVotes& votes, const SoFar& so_far) {
   if (!options_.enabled || so_far.labelled_frames == 0) return;
-  Pass pass = begin(map, objects, votes, so_far);
+  Pass pass = begin(map, votes, so_far);
   merge(pass);
   if (options_.carve) carve_supports(pass);
-  pass.surface.write_labels(map, votes);
+  pass.surface.write_labels(map.voxels, votes);
 }
 
-void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far) {
+void ObjectMaintenance::finish(PanopticMap& map, FrameVotes& votes, const SoFar& so_far) {
   constexpr std::uint64_t kFramesPerObservation = 35;
   if (!options_.enabled || so_far.labelled_frames == 0) return;
-  Pass pass = begin(map, objects, votes, so_far);
+  Pass pass = begin(map, votes, so_far);
   pass.min_observations = std::min(static_cast<std::uint64_t>(options_.min_observations),
                                    (so_far.labelled_frames + kFramesPerObservation - 1) / kFramesPerObservation);
   while (merge(pass)) {
@@ -126,7 +123,7 @@ void ObjectMaintenance::finish(VoxelMap& map, ObjectRegistry& objects, FrameVote
   }
   name_unknown_regions(pass);
   name_others(pass);
-  pass.surface.write_labels(map, votes);
+  pass.surface.write_labels(map.voxels, votes);
 }
 
 bool ObjectMaintenance::are_apart(const Object& a, const Object& b) const {
@@ -140,46 +137,47 @@ bool ObjectMaintenance::are_apart(const Object& a, const Object& b) const {
 bool ObjectMaintenance::merge(Pass& pass) {
   std::map<ClassId, std::vector<LabelSlot>> by_class;
   const VoxelsByLabel voxels = pass.surface.by_label([&](LabelSlot id) {
-    const ClassId class_id = labels_.is_object(id) ? pass.objects.class_of(id) : ClassId::kUnknown;
+    const ClassId class_id = pass.map.labels.is_object(id) ? pass.map.objects.class_of(id) : ClassId::kUnknown;
     if (class_id != ClassId::kUnknown) by_class[class_id].push_back(id);
     return class_id != ClassId::kUnknown;
   });
-  const int reach = std::max(1, static_cast<int>(std::lround(options_.merge_distance_m / pass.map.voxel_size_m())));
+  const int reach = std::max(1, static_cast<int>(std::lround(options_.merge_distance_m / pass.map.voxels.voxel_size_m())));
   Renaming renaming;
   std::set<LabelSlot> taken;
   for (const auto& [class_id, ids] : by_class) {
     for (const Contact& contact : contacts_between(ids, voxels, pass.surface, reach, options_.merge_share)) {
       if (taken.contains(contact.smaller) || taken.contains(contact.larger)) continue;
-      if (are_apart(*pass.objects.find(contact.smaller), *pass.objects.find(contact.larger))) continue;
+      if (are_apart(*pass.map.objects.find(contact.smaller), *pass.map.objects.find(contact.larger))) continue;
       taken.insert({contact.smaller, contact.larger});
       renaming.add(contact.smaller, contact.larger);
-      pass.objects.merge(contact.smaller, contact.larger, pass.frame);
+      pass.map.objects.merge(contact.smaller, contact.larger, pass.frame);
     }
   }
   if (taken.empty()) return false;
   Covisibility together;
   for (const auto& [pair, count] : covisible_) {
-    const auto renamed = std::pair(pass.objects.survivor(pair.first), pass.objects.survivor(pair.second));
+    const auto renamed = std::pair(pass.map.objects.survivor(pair.first), pass.map.objects.survivor(pair.second));
     if (renamed.first != renamed.second) together[std::minmax(renamed.first, renamed.second)] += count;
   }
   covisible_ = std::move(together);
-  renaming.apply(pass.map, pass.votes, pass.surface);
+  renaming.apply(pass.map.voxels, pass.votes, pass.surface);
   return true;
 }
 
 void ObjectMaintenance::carve_supports(Pass& pass) const {
   // For every label, whether its object may be a part of something on a table; objects made here may.
   std::vector<bool> unnamed(kLabelSlots, true);
-  for (std::size_t id = 1; id < labels_.first_thing(); ++id) unnamed[id] = false;
+  for (std::size_t id = 1; id < pass.map.labels.first_thing(); ++id) unnamed[id] = false;
   const VoxelsByLabel supports = pass.surface.by_label([&](LabelSlot label) {
-    const ClassId class_id = labels_.is_object(label) ? pass.objects.class_of(label) : static_cast<ClassId>(number(label));
+    const ClassId class_id =
+        pass.map.labels.is_object(label) ? pass.map.objects.class_of(label) : static_cast<ClassId>(number(label));
     if (class_id != ClassId::kUnknown) unnamed[number(label)] = false;
-    return labels_.is_support(class_id);
+    return pass.map.labels.is_support(class_id);
   });
   for (const auto& [label, voxels] : supports) {
     if (voxels.size() < kFewestOfTop) continue;
     for (const auto& part : pass.surface.components(voxels, 2)) {
-      const auto top = fit_top(pass.map, pass.surface, part, pass.up);
+      const auto top = fit_top(pass.map.voxels, pass.surface, part, pass.up);
       if (!top) continue;
       for (const auto& piece : pass.surface.components(things_on(pass, *top, label, unnamed), 1)) carve(pass, piece, label);
     }
@@ -188,7 +186,7 @@ void ObjectMaintenance::carve_supports(Pass& pass) const {
 
 std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const SupportTop& top, LabelSlot support,
                                                         const std::vector<bool>& unnamed) const {
-  const double voxel_m = pass.map.voxel_size_m();
+  const double voxel_m = pass.map.voxels.voxel_size_m();
   std::vector<std::uint32_t> things;
   for (Slot slot = 0; slot < pass.surface.block_count(); ++slot) {
     const auto [first, end] = pass.surface.range_of(slot);
@@ -211,13 +209,13 @@ void ObjectMaintenance::carve(Pass& pass, const std::vector<std::uint32_t>& piec
   std::map<LabelSlot, std::size_t> owners;
   for (const std::uint32_t i : piece) {
     const LabelSlot label = pass.surface[i].label;
-    if (labels_.is_object(label) && label != support) ++owners[label];
+    if (pass.map.labels.is_object(label) && label != support) ++owners[label];
   }
   LabelSlot id = support;
   if (!owners.empty()) {
     id = most_frequent(owners);
-  } else if (piece.size() >= voxels_of(kSmallestPiece_m2, pass.map)) {
-    id = pass.objects.create(pass.frame).value_or(support);
+  } else if (piece.size() >= voxels_of(kSmallestPiece_m2, pass.map.voxels)) {
+    id = pass.map.objects.create(pass.frame).value_or(support);
   }
   for (const std::uint32_t i : piece) pass.surface.relabel(i, id);
 }
@@ -241,62 +239,63 @@ void ObjectMaintenance::rule_out_by_size(Pass& pass) const {
   constexpr double kFaint = 0.03;
   constexpr double kAbsurd = 1.5;
   for (const auto& [id, voxels] : objects_of(pass)) {
-    const Object* object = pass.objects.find(id);
+    const Object* object = pass.map.objects.find(id);
     if (object->observations == 0) continue;
-    const double length = length_m(pass.surface, voxels, pass.map.voxel_size_m()) / options_.size_margin;
+    const double length = length_m(pass.surface, voxels, pass.map.voxels.voxel_size_m()) / options_.size_margin;
     std::set<ClassId> too_small;
     double most_that_fits = 0;
     for (const auto& [class_id, evidence] : object->evidence) {
-      const LabelClass* c = labels_.find(class_id);
+      const LabelClass* c = pass.map.labels.find(class_id);
       if (c != nullptr && c->max_size_m > 0 && length > c->max_size_m) {
         too_small.insert(class_id);
       } else {
         most_that_fits = std::max(most_that_fits, evidence);
       }
     }
-    const LabelClass* likeliest = labels_.find(pass.objects.class_of(id));
+    const LabelClass* likeliest = pass.map.labels.find(pass.map.objects.class_of(id));
     const bool absurd = likeliest != nullptr && likeliest->max_size_m > 0 && length > kAbsurd * likeliest->max_size_m;
-    if (absurd || most_that_fits >= kFaint * object->score_sum) pass.objects.rule_out(id, std::move(too_small));
+    if (absurd || most_that_fits >= kFaint * object->score_sum) pass.map.objects.rule_out(id, std::move(too_small));
   }
 }
 
 void ObjectMaintenance::level_floor(Pass& pass) const {
   constexpr double kLevel = 0.85;  // cosine of the slope
-  const LabelClass* floor = labels_.find("floor");
+  const LabelClass* floor = pass.map.labels.find("floor");
   if (floor == nullptr) return;
   const LabelSlot id = LabelSet::of_class(floor->id);
   const VoxelsByLabel own = pass.surface.by_label([&](LabelSlot label) { return label == id; });
-  const auto plane = own.empty() ? std::nullopt : fit_top(pass.map, pass.surface, own.at(id), pass.up);
+  const auto plane = own.empty() ? std::nullopt : fit_top(pass.map.voxels, pass.surface, own.at(id), pass.up);
   if (!plane) return;
   for (std::uint32_t i = 0; i < pass.surface.size(); ++i) {
-    const double height = plane->height_above(place_m(pass.surface[i], pass.map.voxel_size_m()));
+    const double height = plane->height_above(place_m(pass.surface[i], pass.map.voxels.voxel_size_m()));
     if (std::abs(height) > options_.floor_height_m) continue;
-    if (normal_of(pass.map, pass.surface[i]).dot(pass.up) > kLevel) pass.surface.relabel(i, id);
+    if (normal_of(pass.map.voxels, pass.surface[i]).dot(pass.up) > kLevel) pass.surface.relabel(i, id);
   }
 }
 
 bool ObjectMaintenance::is_faint(const Pass& pass, const Object& object, std::size_t voxels) const {
-  if (object.observations == 0) return voxels < voxels_of(options_.min_thing_m2, pass.map);
-  return object.observations < pass.min_observations || voxels < voxels_of(kSmallestPiece_m2, pass.map) ||
-         pass.objects.class_of(object.slot) == ClassId::kUnknown;
+  if (object.observations == 0) return voxels < voxels_of(options_.min_thing_m2, pass.map.voxels);
+  return object.observations < pass.min_observations || voxels < voxels_of(kSmallestPiece_m2, pass.map.voxels) ||
+         pass.map.objects.class_of(object.slot) == ClassId::kUnknown;
 }
 
 void ObjectMaintenance::drop_faint(Pass& pass) const {
   Renaming renaming;
   std::vector<std::uint32_t> dropped;
   const VoxelsByLabel at_surface = objects_of(pass);
-  std::vector<bool> in_use = ids_in_use(pass.map);
+  std::vector<bool> in_use = ids_in_use(pass.map.voxels);
   pass.votes.add_in_use(in_use);
-  for (std::size_t n = labels_.first_thing(); n < kLabelSlots; ++n) {  // what is left of them behind the surface, or in votes
+  for (std::size_t n = pass.map.labels.first_thing(); n < kLabelSlots;
+       ++n) {  // what is left of them behind the surface, or in votes
     const auto id = static_cast<LabelSlot>(n);
-    if (in_use[n] && pass.objects.find(id) != nullptr && !at_surface.contains(id)) renaming.add(id, LabelSlot::kUnknown);
+    if (in_use[n] && pass.map.objects.find(id) != nullptr && !at_surface.contains(id)) renaming.add(id, LabelSlot::kUnknown);
   }
   for (const auto& [id, voxels] : at_surface) {
-    if (!is_faint(pass, *pass.objects.find(id), voxels.size())) continue;
+    if (!is_faint(pass, *pass.map.objects.find(id), voxels.size())) continue;
     renaming.add(id, LabelSlot::kUnknown);
     dropped.insert(dropped.end(), voxels.begin(), voxels.end());
   }
-  renaming.apply(pass.map, pass.votes, pass.surface);
+  renaming.apply(pass.map.voxels, pass.votes, pass.surface);
   fill_from_neighbours(std::move(dropped), pass.surface);
 }
 
@@ -305,17 +304,17 @@ void ObjectMaintenance::name_unknown_regions(Pass& pass) const {
   std::vector<std::uint32_t>& unknown = by_label[LabelSlot::kUnknown];
   std::erase_if(unknown, [&](std::uint32_t i) { return !is_voted_on(pass, i); });
   for (const auto& region : pass.surface.components(unknown, 1)) {
-    if (region.size() < voxels_of(options_.min_region_m2, pass.map)) continue;
-    const LabelSlot id = pass.objects.create(pass.frame).value_or(LabelSlot::kUnknown);
+    if (region.size() < voxels_of(options_.min_region_m2, pass.map.voxels)) continue;
+    const LabelSlot id = pass.map.objects.create(pass.frame).value_or(LabelSlot::kUnknown);
     for (const std::uint32_t i : region) pass.surface.relabel(i, id);
   }
 }
 
 void ObjectMaintenance::name_others(Pass& pass) const {
-  const LabelClass* other = labels_.find(kOther);
+  const LabelClass* other = pass.map.labels.find(kOther);
   if (other == nullptr) return;
   for (const auto& [id, voxels] : objects_of(pass)) {
-    if (pass.objects.class_of(id) == ClassId::kUnknown) pass.objects.assume(id, other->id);
+    if (pass.map.objects.class_of(id) == ClassId::kUnknown) pass.map.objects.assume(id, other->id);
   }
 }
 

@@ -13,13 +13,12 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/geometry.h"
+#include "panoptic/map.h"
 #include "panoptic/map/covisibility.h"
 #include "panoptic/map/frame_votes.h"
-#include "panoptic/objects.h"
 #include "panoptic/objects/support_planes.h"
 #include "panoptic/objects/surface_voxels.h"
 #include "panoptic/options.h"
-#include "panoptic/voxel_map.h"
 
 namespace panoptic {
 
@@ -35,16 +34,16 @@ struct SoFar {
 // Not thread-safe. The same calls give the same map, at any thread count.
 class ObjectMaintenance {
  public:
-  ObjectMaintenance(const MaintenanceOptions& options, LabelSet labels);
+  explicit ObjectMaintenance(const MaintenanceOptions& options) : options_(options) {}
 
   // Notes objects that were seen as separate masks in one frame: they are not one thing. Call it for every frame.
   void saw_together(std::span<const PanopticId> objects);
 
   // Between frames: merges objects and carves things out of tables. Starts a new epoch and marks the blocks that it changes.
   // Its decisions replace the frames' votes too.
-  void run(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far);
+  void run(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
   // After the last frame: also drops, levels and names, which must wait until all evidence is in.
-  void finish(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far);
+  void finish(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
 
   // All that it remembers of earlier frames. Everything else that it keeps only saves reading the map again.
   const Covisibility& covisibility() const { return covisible_; }
@@ -52,8 +51,7 @@ class ObjectMaintenance {
 
  private:
   struct Pass {
-    VoxelMap& map;
-    ObjectRegistry& objects;
+    PanopticMap& map;
     FrameVotes& votes;
     SurfaceVoxels& surface;
     Vec3d up;
@@ -61,7 +59,7 @@ class ObjectMaintenance {
     std::uint64_t min_observations = 0;
   };
 
-  Pass begin(VoxelMap& map, ObjectRegistry& objects, FrameVotes& votes, const SoFar& so_far);
+  Pass begin(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
   static VoxelsByLabel objects_of(const Pass& pass);
   static bool is_voted_on(const Pass& pass, std::uint32_t i);
   bool merge(Pass& pass);
@@ -79,7 +77,6 @@ class ObjectMaintenance {
   bool are_apart(const Object& a, const Object& b) const;
 
   MaintenanceOptions options_;
-  LabelSet labels_;
   SurfaceVoxels surface_;  // kept from one time to the next, because most blocks stay as they are
   Covisibility covisible_;
 };

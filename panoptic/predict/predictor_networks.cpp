@@ -27,7 +27,7 @@ class Stage {
     run(Image<Rgb>(model_.input.width, model_.input.height));
   }
 
-  auto run(const Image<Rgb>& color) const {
+  auto run(const ImageView<Rgb>& color) const {
     const DecodeContext context{model_, class_of_, place(color.width(), color.height(), model_.input), likeliest_first_};
     return decode_(network_.run(to_input(color, model_.input)), context);
   }
@@ -85,21 +85,21 @@ class NetworkPredictor final : public Predictor {
 
   std::optional<PredictorHalves> halves() override {
     if (semantic_.empty() || !instance_) return std::nullopt;
-    return PredictorHalves{[this](const Image<Rgb>& color) { return semantic(color); },
-                           [this](const Image<Rgb>& color) { return instances(color); },
+    return PredictorHalves{[this](const ImageView<Rgb>& color) { return semantic(color); },
+                           [this](const ImageView<Rgb>& color) { return instances(color); },
                            [this](const Image<ClassId>& classes, const std::vector<Instance>& found) {
                              return fuse(classes, found, labels_, segmentation_);
                            }};
   }
 
  private:
-  Image<ClassId> semantic(const Image<Rgb>& color) const {
+  Image<ClassId> semantic(const ImageView<Rgb>& color) const {
     std::vector<ClassScores> scores;
     for (const SemanticStage& network : semantic_) scores.push_back(network.run(color));
     if (scores.empty()) return {color.width(), color.height()};
     return most_likely(average(std::move(scores), unknown_share_), color.width(), color.height());
   }
-  std::vector<Instance> instances(const Image<Rgb>& color) const {
+  std::vector<Instance> instances(const ImageView<Rgb>& color) const {
     return instance_ ? instance_->run(color) : std::vector<Instance>();
   }
 

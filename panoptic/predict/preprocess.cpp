@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <opencv2/imgproc.hpp>
 
 namespace panoptic {
@@ -33,6 +34,15 @@ std::array<float, 256> normalized(const InputFormat& format, std::size_t channel
   return table;
 }
 
+// OpenCV reads the pixels where they lie, unless the last row comes first.
+cv::Mat mat_of(const ImageView<Rgb>& image) {
+  const bool is_upright = image.row_bytes() > 0;
+  auto* pixels = const_cast<Rgb*>(image.row(is_upright ? 0 : image.height() - 1));
+  cv::Mat mat(image.height(), image.width(), CV_8UC3, pixels, static_cast<std::size_t>(std::abs(image.row_bytes())));
+  if (!is_upright) cv::flip(cv::Mat(mat), mat, 0);
+  return mat;
+}
+
 }  // namespace
 
 Placement place(int image_width, int image_height, const InputFormat& format) {
@@ -45,9 +55,9 @@ Placement place(int image_width, int image_height, const InputFormat& format) {
           static_cast<double>(size.height) / image_height};
 }
 
-Tensor to_input(const Image<Rgb>& image, const InputFormat& format) {
+Tensor to_input(const ImageView<Rgb>& image, const InputFormat& format) {
   const Size size = resized_size(image.width(), image.height(), format);
-  const cv::Mat full(image.height(), image.width(), CV_8UC3, const_cast<Rgb*>(image.data()));
+  const cv::Mat full = mat_of(image);
   cv::Mat small = full;
   if (!image.same_size(size.width, size.height)) cv::resize(full, small, {size.width, size.height}, 0, 0, cv::INTER_LINEAR);
 

@@ -23,6 +23,6 @@ struct Placement {
 Placement place(int image_width, int image_height, const InputFormat& format);
 
 // The input tensor, 1 x 3 x height x width. The image must not be empty.
-Tensor to_input(const Image<Rgb>& image, const InputFormat& format);
+Tensor to_input(const ImageView<Rgb>& image, const InputFormat& format);
 
 }  // namespace panoptic

@@ -38,7 +38,7 @@ SimulatedFrame best_frame(const Simulation& simulation) {
   return best;
 }
 
-Image<Rgb> depth_picture(const Image<float>& depth) {
+Image<Rgb> depth_picture(const ImageView<float>& depth) {
   constexpr float kFar_m = 6;
   Image<Rgb> picture(depth.width(), depth.height());
   for (std::size_t i = 0; i < depth.size(); ++i) {
@@ -91,7 +91,7 @@ Image<Rgb> contact_sheet(const SimulationOptions& first, int homes) {
     options.seed += static_cast<std::uint64_t>(row);
     const Simulation simulation(options);
     const SimulatedFrame shown = best_frame(simulation);
-    const std::array<Image<Rgb>, kColumns> pictures = {shown.frame.color, depth_picture(shown.frame.depth),
+    const std::array<Image<Rgb>, kColumns> pictures = {shown.frame.color.copied(), depth_picture(shown.frame.depth),
                                                        class_picture(shown.rendering.class_id, labels),
                                                        instance_picture(shown.rendering, labels)};
     for (int column = 0; column < kColumns; ++column) paste(pictures[static_cast<std::size_t>(column)], column, row, sheet);

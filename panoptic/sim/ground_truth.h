@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/scan_truth.h"
+#include "panoptic/scan_truth.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/map.h"

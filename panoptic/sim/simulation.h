@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/data/scan_truth.h"
+#include "panoptic/scan_truth.h"
 #include "panoptic/frame.h"
 #include "panoptic/sim/home.h"
 #include "panoptic/sim/renderer.h"

@@ -54,7 +54,7 @@ void write_orbit_frame(const std::filesystem::path& stem, int index) {
   for (std::size_t p = 0; p < depth_mm.size(); ++p)
     depth_mm[p] = static_cast<std::uint16_t>(std::min(frame.depth[p], 60.0F) * 1000);
   write_png(stem.string() + ".depth.png", depth_mm);
-  write_png(stem.string() + ".color.png", frame.color);
+  write_png(stem.string() + ".color.png", frame.color.copied());
   std::ostringstream pose;
   pose.precision(12);
   pose << frame.world_from_camera.matrix() << "\n";

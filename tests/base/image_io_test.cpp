@@ -9,6 +9,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_header.h"
+#include "tests/base/foreign_memory.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 
@@ -71,6 +72,13 @@ TEST(ImageIo, EncodesInMemory) {
   EXPECT_NEAR(back.r, 200, 3);
   EXPECT_NEAR(back.g, 40, 3);
   EXPECT_NEAR(back.b, 10, 3);
+}
+
+TEST(ImageIo, EncodesBorrowedRowsAsThoseOfAnImage) {
+  const Image<Rgb> image = noise_rgb(17, 9);
+  for (const test::RowOrder order : {test::RowOrder::kTopFirst, test::RowOrder::kTopLast}) {
+    EXPECT_EQ(encode_jpeg(test::ForeignMemory<Rgb>(image, 5, order).view(), 90), encode_jpeg(image, 90));
+  }
 }
 
 TEST(ImageIo, EightBitGreyKeepsItsValues) {

@@ -29,7 +29,7 @@ if(LAUNCHER)
   list(APPEND build -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
 endif()
 
-# The core alone, where nothing that the other parts need can be found.
+# The core alone, and the evaluation, where nothing that the simulator needs can be found.
 foreach(package embree libzip tinyobjloader)
   list(APPEND without -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
 endforeach()
@@ -42,6 +42,11 @@ if(libraries MATCHES "lib(embree|zip|cpp-httplib|tinyobjloader|meshoptimizer)[^a
   message(FATAL_ERROR "panoptic::core needs lib${CMAKE_MATCH_1}")
 endif()
 
+if(EXISTS ${WORK}/prefix/lib/libpanoptic_eval.a)
+  must(${build} -B ${WORK}/score -DSCORE=ON ${without})
+  must(${CMAKE_COMMAND} --build ${WORK}/score)
+  must(${WORK}/score/consumer)
+endif()
 if(EXISTS ${WORK}/prefix/lib/libpanoptic_sim.a)
   must(${build} -B ${WORK}/whole -DWHOLE=ON)
   must(${CMAKE_COMMAND} --build ${WORK}/whole)

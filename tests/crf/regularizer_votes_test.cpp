@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/crf/regularizer.h"
-#include "tests/fusion/fuse_voxel.h"
+#include "tests/fusion/naive_fusion.h"
 #include "tests/objects/floor_map.h"
 
 namespace panoptic {

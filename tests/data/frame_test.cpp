@@ -19,8 +19,9 @@ Frame good_frame() {
   Frame frame;
   frame.depth_camera = {4, 3, 5, 5, 1.5, 1};
   frame.color_camera = {8, 6, 9, 9, 3.5, 2.5};  // colour may differ in size
-  frame.depth = Image<float>(4, 3);
-  frame.depth(2, 1) = 1.5F;  // one reading is enough
+  Image<float> depth(4, 3);
+  depth(2, 1) = 1.5F;  // one reading is enough
+  frame.depth = std::move(depth);
   frame.color = Image<Rgb>(8, 6);
   return frame;
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/base/json.h"
+#include "panoptic/eval/benchmark_classes.h"
 #include "panoptic/eval/instance_ap.h"
 #include "panoptic/eval/panoptic_quality.h"
 #include "panoptic/eval/semantic_iou.h"

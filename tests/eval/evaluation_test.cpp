@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Maps and predictions against scans: how labels get to the vertices, how scenes add up, and what is refused.
-#include "panoptic/eval/evaluation.h"
+#include "panoptic/evaluation.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,8 +11,10 @@
 #include <ctime>
 
 #include "panoptic/base/json.h"
-#include "panoptic/eval/run_folder.h"
+#include "panoptic/eval/labelled_vertices.h"
+#include "panoptic/eval/panoptic_quality.h"
 #include "panoptic/eval/scores_text.h"
+#include "panoptic/eval/vertex_labels.h"
 #include "panoptic/io/category_map.h"
 #include "panoptic/outputs.h"
 #include "tests/expect_error.h"

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <set>
 
+#include "panoptic/eval/benchmark_classes.h"
 #include "tests/eval/random_scenes.h"
 
 namespace panoptic {

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "panoptic/eval/benchmark_classes.h"
 #include "tests/eval/random_scenes.h"
 #include "tests/expect_error.h"
 

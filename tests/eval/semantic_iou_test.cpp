@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "panoptic/eval/benchmark_classes.h"
 #include "tests/eval/random_scenes.h"
 
 namespace panoptic {

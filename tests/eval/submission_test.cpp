@@ -7,8 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/base/files.h"
-#include "panoptic/eval/evaluation.h"
+#include "panoptic/eval/labelled_vertices.h"
 #include "panoptic/eval/scores_text.h"
+#include "panoptic/evaluation.h"
 #include "panoptic/io/scannet_scan.h"
 #include "tests/eval/random_scenes.h"
 #include "tests/expect_error.h"

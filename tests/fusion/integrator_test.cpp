@@ -9,12 +9,11 @@
 #include <map>
 #include <memory>
 
-#include "panoptic/fusion/ray_walk.h"
 #include "panoptic/map/block_key.h"
 #include "panoptic/meshing/mesher.h"
 #include "panoptic/parallel.h"
 #include "tests/block_planes.h"
-#include "tests/fusion/fuse_voxel.h"
+#include "tests/fusion/naive_fusion.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -190,7 +189,7 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
       const Vec3f direction = to_surface / range;
       const Vec3f surface = origin + to_surface;
       const Vec3f half = direction * (map.truncation_m() / kVoxel_m);
-      walk_cells(surface - half, surface + half, [&](int x, int y, int k) {
+      test::walk_cells(surface - half, surface + half, [&](int x, int y, int k) {
         const Vec3f center = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(k)) + Vec3f::Constant(0.5F);
         const float d = std::clamp((range - direction.dot(center - origin)) * kVoxel_m, -map.truncation_m(), map.truncation_m());
         const float w = observation_weight(z, d, {map.truncation_m(), kVoxel_m});

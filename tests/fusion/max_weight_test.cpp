@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "panoptic/voxel_map.h"
-#include "tests/fusion/fuse_voxel.h"
+#include "tests/fusion/naive_fusion.h"
 
 namespace panoptic {
 namespace {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "panoptic/base/floor.h"
+#include "tests/fusion/naive_fusion.h"
 
 namespace panoptic {
 namespace {
@@ -18,7 +19,7 @@ using Cell = std::array<std::int32_t, 3>;
 
 std::vector<Cell> cells_between(const Vec3f& start, const Vec3f& end) {
   std::vector<Cell> cells;
-  walk_cells(start, end, [&](std::int32_t x, std::int32_t y, std::int32_t z) { cells.push_back({x, y, z}); });
+  test::walk_cells(start, end, [&](std::int32_t x, std::int32_t y, std::int32_t z) { cells.push_back({x, y, z}); });
   return cells;
 }
 

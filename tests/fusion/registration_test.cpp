@@ -28,10 +28,11 @@ Frame two_camera_frame() {
   const Surface scene = nearest_of({plane(Vec3d::UnitZ(), 3), sphere({0, 0, 1.5}, 0.3)});
   Frame frame = render(scene, small_camera(), Pose::Identity());
   frame.color_camera = {200, 150, 150, 150, 101.3, 77.7};
-  frame.color = Image<Rgb>(200, 150);
+  Image<Rgb> color(200, 150);
   for (int v = 0; v < 150; ++v) {
-    for (int u = 0; u < 200; ++u) frame.color(u, v) = {static_cast<std::uint8_t>(u), static_cast<std::uint8_t>(v), 9};
+    for (int u = 0; u < 200; ++u) color(u, v) = {static_cast<std::uint8_t>(u), static_cast<std::uint8_t>(v), 9};
   }
+  frame.color = std::move(color);
   frame.color_from_depth.translation() = Vec3d(0.2, 0.01, 0);
   return frame;
 }
@@ -120,11 +121,13 @@ TEST(Registration, WhatTheColourCameraCannotSeeHasNoColourAndNoVote) {
 
 TEST(Registration, BadDepthReadingsBecomeNoReading) {
   Frame frame = render(plane(Vec3d::UnitZ(), 2), small_camera(), Pose::Identity());
-  frame.depth(0, 0) = std::numeric_limits<float>::quiet_NaN();
-  frame.depth(1, 0) = std::numeric_limits<float>::infinity();
-  frame.depth(2, 0) = -1;
-  frame.depth(3, 0) = 0.05F;
-  frame.depth(4, 0) = 100;
+  Image<float> depth = frame.depth.copied();
+  depth[0] = std::numeric_limits<float>::quiet_NaN();
+  depth[1] = std::numeric_limits<float>::infinity();
+  depth[2] = -1;
+  depth[3] = 0.05F;
+  depth[4] = 100;
+  frame.depth = std::move(depth);
   Registration registration({});
   const RegisteredFrame& result = registration.apply(frame, halves(frame.color_camera));
   for (std::size_t i = 0; i < 5; ++i) {

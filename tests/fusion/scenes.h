@@ -71,16 +71,18 @@ inline Frame render(const Surface& surface, const Camera& camera, const Pose& wo
   frame.index = index;
   frame.depth_camera = frame.color_camera = camera;
   frame.world_from_camera = world_from_camera;
-  frame.depth = Image<float>(camera.width, camera.height);
-  frame.color = Image<Rgb>(camera.width, camera.height);
+  Image<float> depth(camera.width, camera.height);
+  Image<Rgb> color(camera.width, camera.height);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const Vec3d ray = world_from_camera.linear() * back_project(camera, u, v, 1);
-      frame.depth(u, v) = static_cast<float>(surface(world_from_camera.translation(), ray).value_or(0));
-      frame.color(u, v) = {static_cast<std::uint8_t>(u % 256), static_cast<std::uint8_t>(v % 256),
-                           static_cast<std::uint8_t>(80 + index % 100)};
+      depth(u, v) = static_cast<float>(surface(world_from_camera.translation(), ray).value_or(0));
+      color(u, v) = {static_cast<std::uint8_t>(u % 256), static_cast<std::uint8_t>(v % 256),
+                     static_cast<std::uint8_t>(80 + index % 100)};
     }
   }
+  frame.depth = std::move(depth);
+  frame.color = std::move(color);
   return frame;
 }
 

@@ -16,8 +16,10 @@ namespace {
 
 float median_m(const Frame& frame) {
   std::vector<float> readings;
-  std::copy_if(frame.depth.pixels().begin(), frame.depth.pixels().end(), std::back_inserter(readings),
-               [](float z) { return z > 0; });
+  for (int v = 0; v < frame.depth.height(); ++v) {
+    const float* row = frame.depth.row(v);
+    std::copy_if(row, row + frame.depth.width(), std::back_inserter(readings), [](float z) { return z > 0; });
+  }
   std::nth_element(readings.begin(), readings.begin() + static_cast<std::ptrdiff_t>(readings.size() / 2), readings.end());
   return readings[readings.size() / 2];
 }

@@ -73,7 +73,9 @@ const Check& check_named(const DoctorReport& report, const std::string& name) {
 
 Corruption scaled_depth(float factor) {
   return [factor](Frame& frame) {
-    for (std::size_t i = 0; i < frame.depth.size(); ++i) frame.depth[i] *= factor;
+    Image<float> depth = frame.depth.copied();
+    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] *= factor;
+    frame.depth = std::move(depth);
   };
 }
 

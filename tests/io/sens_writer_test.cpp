@@ -30,14 +30,15 @@ Frame test_frame(int index) {
   frame.depth_camera = frame.color_camera = kCamera;
   frame.world_from_camera.translation() = Vec3d(0.1 * index, -2, 0.5);
   frame.world_from_camera.linear() = Eigen::AngleAxisd(0.3 * index, Vec3d(1, 2, 3).normalized()).toRotationMatrix();
-  frame.depth = Image<float>(kCamera.width, kCamera.height);
+  Image<float> depth(kCamera.width, kCamera.height);
   frame.color = Image<Rgb>(kCamera.width, kCamera.height, Rgb{200, 100, static_cast<std::uint8_t>(10 * index)});
-  for (std::size_t i = 0; i < frame.depth.size(); ++i)
-    frame.depth[i] = 0.5F + 0.0013F * static_cast<float>(i) + 0.1F * static_cast<float>(index);
-  frame.depth[0] = 0;
-  frame.depth[1] = 0.0004F;  // rounds to nothing
-  frame.depth[2] = 65.535F;
-  frame.depth[3] = 65.5358F;
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    depth[i] = 0.5F + 0.0013F * static_cast<float>(i) + 0.1F * static_cast<float>(index);
+  depth[0] = 0;
+  depth[1] = 0.0004F;  // rounds to nothing
+  depth[2] = 65.535F;
+  depth[3] = 65.5358F;
+  frame.depth = std::move(depth);
   return frame;
 }
 
@@ -70,7 +71,7 @@ TEST(SensWriter, WritesWhatTheReaderReads) {
 
 TEST(SensWriter, KeepsToWhatSixteenBitsHold) {
   const SensDataset dataset(write_frames(fresh_folder() / "scene.sens", 1));
-  const Image<float> depth = dataset.read(0).frame->depth;
+  const SharedImage<float> depth = dataset.read(0).frame->depth;
   EXPECT_EQ(depth[0], 0);
   EXPECT_EQ(depth[1], 0);
   EXPECT_EQ(depth[3], 0);  // beyond the range is no reading, never a wrapped one

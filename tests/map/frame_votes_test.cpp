@@ -134,8 +134,8 @@ struct Room {
     add_to(world, {test::table_top(test::stuff(test::kTable)), test::solid_box({-0.4, -0.2, 0.7}, {-0.1, 0.2, 0.9}, left),
                    test::solid_box({-0.1, -0.2, 0.7}, {0.1, 0.2, 0.9}, right)});
     std::mt19937 random(3);
-    for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-      test::BlockEdit block_edit(world.map.block(slot));
+    for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) {
+      test::BlockEdit block_edit(world.map.voxels.block(slot));
       BlockPlanes& block = *block_edit;
       for (std::size_t v = 0; v < kBlockVoxels; ++v) {
         block.weight[v] *= 10;
@@ -151,8 +151,8 @@ struct Room {
 
   std::vector<std::uint16_t> labels() const {
     std::vector<std::uint16_t> all;
-    for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-      const BlockPlanes planes = test::planes_of(world.map.block(slot));
+    for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) {
+      const BlockPlanes planes = test::planes_of(world.map.voxels.block(slot));
       all.insert(all.end(), planes.label.begin(), planes.label.end());
     }
     return all;
@@ -171,16 +171,16 @@ TEST(FrameVotes, HoweverOftenTheRegularizerRunsAroundAMergeTheLabelsAreTheSame) 
   std::vector<std::vector<std::uint16_t>> labels;
   for (const int runs : {0, 1, 3}) {
     Room room;
-    Regularizer regularizer(RegularizerOptions{}, room.world.map);
+    Regularizer regularizer(RegularizerOptions{}, room.world.map.voxels);
     std::size_t overruled = 0;
-    for (int i = 0; i < runs; ++i) overruled += run_on_all(regularizer, room.world.map);
+    for (int i = 0; i < runs; ++i) overruled += run_on_all(regularizer, room.world.map.voxels);
     EXPECT_EQ(overruled > 100, runs > 0);
-    SurfaceVoxels surface(room.world.map);
-    room.world.map.begin_epoch();
+    SurfaceVoxels surface(room.world.map.voxels);
+    room.world.map.voxels.begin_epoch();
     Renaming renaming;
     renaming.add(room.right, room.left);
-    renaming.apply(room.world.map, regularizer.votes(), surface);
-    for (int i = 0; i < std::max(runs, 1); ++i) run_on_all(regularizer, room.world.map);
+    renaming.apply(room.world.map.voxels, regularizer.votes(), surface);
+    for (int i = 0; i < std::max(runs, 1); ++i) run_on_all(regularizer, room.world.map.voxels);
     labels.push_back(room.labels());
   }
   EXPECT_EQ(labels[0], labels[1]);
@@ -192,15 +192,15 @@ TEST(FrameVotes, HoweverOftenTheRegularizerRunsAroundADecisionTheLabelsAreTheSam
   std::vector<std::vector<std::uint16_t>> labels;
   for (const int runs : {0, 1, 3}) {
     Room room;
-    Regularizer regularizer(RegularizerOptions{}, room.world.map);
-    for (int i = 0; i < runs; ++i) run_on_all(regularizer, room.world.map);
-    SurfaceVoxels surface(room.world.map);
-    room.world.map.begin_epoch();
+    Regularizer regularizer(RegularizerOptions{}, room.world.map.voxels);
+    for (int i = 0; i < runs; ++i) run_on_all(regularizer, room.world.map.voxels);
+    SurfaceVoxels surface(room.world.map.voxels);
+    room.world.map.voxels.begin_epoch();
     for (std::uint32_t i = 0; i < surface.size(); ++i) {
       if (place_m(surface[i], 0.024).x() > 0.3) surface.relabel(i, test::stuff(test::kWall));
     }
-    surface.write_labels(room.world.map, regularizer.votes());
-    for (int i = 0; i < std::max(runs, 1); ++i) run_on_all(regularizer, room.world.map);
+    surface.write_labels(room.world.map.voxels, regularizer.votes());
+    for (int i = 0; i < std::max(runs, 1); ++i) run_on_all(regularizer, room.world.map.voxels);
     labels.push_back(room.labels());
   }
   EXPECT_EQ(labels[0], labels[1]);
@@ -209,12 +209,12 @@ TEST(FrameVotes, HoweverOftenTheRegularizerRunsAroundADecisionTheLabelsAreTheSam
 
 // Records the vote of every tenth voxel of the surface as overruled by what the map holds.
 void overrule(test::World& world, LabelSlot voted) {
-  const SurfaceVoxels surface(world.map);
+  const SurfaceVoxels surface(world.map.voxels);
   for (std::uint32_t i = 0; i < surface.size(); i += 10) {
     const auto [slot, voxel] = surface.place_of(i);
-    Voxel held = world.map.block(slot).at(voxel);
+    Voxel held = world.map.voxels.block(slot).at(voxel);
     held.vote_sum = 5;
-    world.map.block(slot).set(voxel, held);
+    world.map.voxels.block(slot).set(voxel, held);
     if (surface.label(i) == voted) continue;
     world.votes.record(slot, {voxel, {number(voted), 5}, {held.label, held.label_weight}});
   }
@@ -228,8 +228,8 @@ TEST(FrameVotes, MaintenanceMergesThemWithTheirObjects) {
                  test::solid_box({0.2, -0.2, 0.1}, {0.4, 0.2, 0.5}, smaller)});
   overrule(world, smaller);
   world.run();
-  ASSERT_EQ(world.objects.find(smaller), nullptr) << "merged";
-  for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
+  ASSERT_EQ(world.map.objects.find(smaller), nullptr) << "merged";
+  for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) {
     for (const OverruledVote& vote : world.votes.of(slot)) {
       EXPECT_NE(vote.voted.label, number(smaller));
       EXPECT_NE(vote.written.label, number(smaller));
@@ -248,14 +248,14 @@ TEST(FrameVotes, WhatIsCarvedOrLevelledIsNoLongerOverruled) {
   overrule(world, chair);
   const auto labels_before = [&] {
     std::vector<std::array<std::uint16_t, kBlockVoxels>> labels;
-    for (Slot slot = 0; slot < world.map.block_count(); ++slot) labels.push_back(test::planes_of(world.map.block(slot)).label);
+    for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) labels.push_back(test::planes_of(world.map.voxels.block(slot)).label);
     return labels;
   }();
   FrameVotes before = world.votes;
   world.finish();
   std::size_t decided = 0;
-  for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    const BlockPlanes block = test::planes_of(world.map.block(slot));
+  for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) {
+    const BlockPlanes block = test::planes_of(world.map.voxels.block(slot));
     for (const OverruledVote& vote : before.of(slot)) {
       if (block.label[vote.voxel] == labels_before[slot][vote.voxel]) continue;
       ++decided;

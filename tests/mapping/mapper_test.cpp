@@ -352,7 +352,7 @@ TEST(Mapper, AFarPoseAndDepthOutOfRangeAreRejected) {
   far.world_from_camera.translation() = Vec3d(1e9, -1e9, 1e9);
   EXPECT_FALSE(mapper.add(far, {}).used);
   Frame wrong_scale = tiny_frame();
-  for (std::size_t i = 0; i < wrong_scale.depth.size(); ++i) wrong_scale.depth[i] = 1000;
+  wrong_scale.depth = Image<float>(wrong_scale.depth.width(), wrong_scale.depth.height(), 1000);
   EXPECT_NE(mapper.add(wrong_scale, {}).reason.find("depth.max_m"), std::string::npos);
   EXPECT_EQ(mapper.frames().used(), 0U);
   EXPECT_EQ(mapper.map().voxels.block_count(), 0U);

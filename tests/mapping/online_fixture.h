@@ -77,8 +77,8 @@ class Networks final : public Predictor {
   Segmentation predict(const Frame& frame) override { return segmented(frame); }
   std::optional<PredictorHalves> halves() override {
     return PredictorHalves{
-        [](const Image<Rgb>& color) { return Image<ClassId>(color.width(), color.height(), ClassId{2}); },
-        [](const Image<Rgb>& color) {
+        [](const ImageView<Rgb>& color) { return Image<ClassId>(color.width(), color.height(), ClassId{2}); },
+        [](const ImageView<Rgb>& color) {
           const int width = color.width() / 2;
           const int height = color.height() / 2;
           return std::vector<Instance>{

@@ -36,30 +36,29 @@ inline LabelSet labels() {
            {kBag, "bag", true, {}, 0.8}}};
 }
 
-// A map and its objects, with what one does to them.
+// A map, with what one does to it.
 struct World {
-  VoxelMap map{MapOptions{}};
-  ObjectRegistry objects{kFirst};
+  PanopticMap map;
   FrameVotes votes;
   ObjectMaintenance maintenance;
 
   explicit World(const MaintenanceOptions& options = {}, LabelSet label_set = labels())
-      : maintenance(options, std::move(label_set)) {}
+      : map(MapOptions{}, std::move(label_set)), maintenance(options) {}
 
   LabelSlot seen(ClassId class_id, int times = 20, const std::vector<ClassProbability>& probabilities = {}) {
-    const LabelSlot id = *objects.create();
-    for (int t = 0; t < times; ++t) objects.observe(id, {class_id, 0.5F, probabilities}, t);
+    const LabelSlot id = *map.objects.create();
+    for (int t = 0; t < times; ++t) map.objects.observe(id, {class_id, 0.5F, probabilities}, t);
     return id;
   }
 
-  void run() { maintenance.run(map, objects, votes, {kUp, kLastFrame, kFrames}); }
-  void finish(std::uint64_t frames = kFrames) { maintenance.finish(map, objects, votes, {kUp, kLastFrame, frames}); }
+  void run() { maintenance.run(map, votes, {kUp, kLastFrame, kFrames}); }
+  void finish(std::uint64_t frames = kFrames) { maintenance.finish(map, votes, {kUp, kLastFrame, frames}); }
 
   // The surface label of a place (at the voxel that holds it).
   LabelSlot at(const Vec3d& p) const {
-    const SurfaceVoxels surface(map);
+    const SurfaceVoxels surface(map.voxels);
     for (std::uint32_t i = 0; i < surface.size(); ++i) {
-      if ((place_m(surface[i], map.voxel_size_m()) - p).cwiseAbs().maxCoeff() <= 0.5 * map.voxel_size_m()) {
+      if ((place_m(surface[i], map.voxels.voxel_size_m()) - p).cwiseAbs().maxCoeff() <= 0.5 * map.voxels.voxel_size_m()) {
         return surface[i].label;
       }
     }
@@ -68,14 +67,14 @@ struct World {
   }
 
   std::size_t count(LabelSlot id) const {
-    const VoxelsByLabel voxels = SurfaceVoxels(map).by_label();
+    const VoxelsByLabel voxels = SurfaceVoxels(map.voxels).by_label();
     const auto found = voxels.find(id);
     return found == voxels.end() ? 0 : found->second.size();
   }
 
   std::set<LabelSlot> ids() const {
     std::set<LabelSlot> result;
-    for (const auto& [id, voxels] : SurfaceVoxels(map).by_label()) {
+    for (const auto& [id, voxels] : SurfaceVoxels(map.voxels).by_label()) {
       if (number(id) >= kFirst) result.insert(id);
     }
     return result;
@@ -88,7 +87,7 @@ inline Solid table_top(LabelSlot label) { return solid_box({-0.6, -0.4, 0.55}, {
 inline Solid box_on_table(LabelSlot label) { return solid_box({0, 0, 0.6}, {0.2, 0.2, 0.9}, label); }
 
 inline void add_to(World& world, const std::vector<Solid>& solids) {
-  add_solids(world.map, solids, {-1.2, -0.9, -0.2}, {1.2, 0.9, 1.2});
+  add_solids(world.map.voxels, solids, {-1.2, -0.9, -0.2}, {1.2, 0.9, 1.2});
 }
 
 inline std::vector<ClassProbability> maybe_a_sofa(float share) { return {{kSofa, share}, {kBag, 1 - share}}; }

@@ -35,11 +35,11 @@ LabelSlot add_long_thing(World& world, double length_m, const std::vector<ClassP
 TEST(ObjectMaintenance, ALongBagThatMayBeASofaBecomesASofa) {
   World world;
   const LabelSlot id = add_long_thing(world, 1.8, maybe_a_sofa(0.2F));
-  EXPECT_EQ(world.objects.class_of(id), kBag);
+  EXPECT_EQ(world.map.objects.class_of(id), kBag);
   world.run();
-  EXPECT_EQ(world.objects.class_of(id), kBag) << "while it grows nothing is ruled out";
+  EXPECT_EQ(world.map.objects.class_of(id), kBag) << "while it grows nothing is ruled out";
   world.finish();
-  EXPECT_EQ(world.objects.class_of(id), kSofa);
+  EXPECT_EQ(world.map.objects.class_of(id), kSofa);
   EXPECT_EQ(world.ids(), std::set{id});
 }
 
@@ -47,7 +47,7 @@ TEST(ObjectMaintenance, AShortBagThatMayBeASofaStaysABag) {
   World world;
   const LabelSlot id = add_long_thing(world, 0.6, maybe_a_sofa(0.4F));
   world.finish();
-  EXPECT_EQ(world.objects.class_of(id), kBag);
+  EXPECT_EQ(world.map.objects.class_of(id), kBag);
 }
 
 // 1.1 m is too long for a bag, but no other class is known, and the outline may be wrong.
@@ -55,7 +55,7 @@ TEST(ObjectMaintenance, ABagSomewhatTooLongThatCanBeNothingElseStaysABag) {
   World world;
   const LabelSlot id = add_long_thing(world, 1.1, {{kBag, 1}});
   world.finish();
-  EXPECT_EQ(world.objects.class_of(id), kBag);
+  EXPECT_EQ(world.map.objects.class_of(id), kBag);
   EXPECT_EQ(world.ids(), std::set{id});
 }
 
@@ -70,16 +70,16 @@ TEST(ObjectMaintenance, DropsStrayPiecesAndFillsThemFromAroundThem) {
   World world;
   const LabelSlot chair = world.seen(kChair);
   add_to(world, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({-0.8, -0.4, -0.1}, {-0.4, 0, 0.4}, chair)});
-  SurfaceVoxels surface(world.map);
+  SurfaceVoxels surface(world.map.voxels);
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
-    const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
+    const Vec3d p = place_m(surface[i], world.map.voxels.voxel_size_m());
     if ((p - Vec3d(0.5, 0.3, 0)).norm() < 0.1) surface.relabel(i, chair);
   }
-  surface.write_labels(world.map, world.votes);
+  surface.write_labels(world.map.voxels, world.votes);
   ASSERT_EQ(world.at({0.5, 0.3, 0}), chair);
   World unlevelled(MaintenanceOptions{.floor_height_m = 0});
-  unlevelled.map = std::move(world.map);
-  unlevelled.objects = world.objects;
+  unlevelled.map.voxels = std::move(world.map.voxels);
+  unlevelled.map.objects = world.map.objects;
   unlevelled.run();
   EXPECT_EQ(unlevelled.at({0.5, 0.3, 0}), chair) << "only at the end";
   unlevelled.finish();
@@ -102,10 +102,10 @@ TEST(ObjectMaintenance, DropsRarelySeenObjectsAndFillsThem) {
 TEST(ObjectMaintenance, WithoutALabelledFrameMakesNoObjectAndLeavesTheMapAlone) {
   World world;
   add_to(world, {solid_ground(kUp, 0, LabelSlot::kUnknown), solid_box({-0.6, 0, 0}, {0, 0.6, 0.4}, LabelSlot::kUnknown)});
-  const std::uint64_t before = world.map.hash();
+  const std::uint64_t before = world.map.voxels.hash();
   world.finish(0);
-  EXPECT_EQ(world.map.hash(), before);
-  EXPECT_EQ(world.objects.count(), 0U);
+  EXPECT_EQ(world.map.voxels.hash(), before);
+  EXPECT_EQ(world.map.objects.count(), 0U);
 }
 
 TEST(ObjectMaintenance, MakesNoThingOfSurfaceThatNoLabelledFrameLookedAt) {
@@ -114,8 +114,8 @@ TEST(ObjectMaintenance, MakesNoThingOfSurfaceThatNoLabelledFrameLookedAt) {
   // Voxels of its top lie less than carve_height_m above it.
   add_to(world, {solid_box({-0.6, -0.4, 0.55}, {0.6, 0.4, 0.715}, table), test::box_on_table(LabelSlot::kUnknown),
                  solid_box({-1, -0.8, -0.1}, {-0.7, 0.8, 0.4}, LabelSlot::kUnknown)});
-  for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    test::BlockEdit block_edit(world.map.block(slot));
+  for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) {
+    test::BlockEdit block_edit(world.map.voxels.block(slot));
     BlockPlanes& block = *block_edit;
     for (std::size_t v = 0; v < kBlockVoxels; ++v) block.label_weight[v] = block.vote_sum[v] = block.label[v] == 0 ? 0.0F : 1.0F;
   }
@@ -148,12 +148,12 @@ TEST(ObjectMaintenance, LevelsTheFloor) {
   World world;
   const LabelSlot chair = world.seen(kChair);
   add_to(world, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({-0.4, -0.4, -0.1}, {0, 0, 0.4}, chair)});
-  SurfaceVoxels surface(world.map);
+  SurfaceVoxels surface(world.map.voxels);
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
-    const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
+    const Vec3d p = place_m(surface[i], world.map.voxels.voxel_size_m());
     if (p.x() > 0 && p.x() < 0.3 && p.y() < 0 && p.z() < 0.05) surface.relabel(i, chair);  // its shadow
   }
-  surface.write_labels(world.map, world.votes);
+  surface.write_labels(world.map.voxels, world.votes);
   ASSERT_EQ(world.at({0.2, -0.2, 0}), chair);
   world.finish();
   EXPECT_EQ(world.at({0.2, -0.2, 0}), stuff(kFloor));
@@ -171,7 +171,7 @@ TEST(ObjectMaintenance, NamesLargeUnknownRegionsAndNotSmallOnes) {
   ASSERT_EQ(world.ids().size(), 1U);
   EXPECT_EQ(world.at({-0.4, 0.2, 0.4}), *world.ids().begin());
   EXPECT_EQ(world.at({0.35, 0.05, 0.1}), LabelSlot::kUnknown);
-  EXPECT_EQ(world.objects.find(*world.ids().begin())->observations, 0U);
+  EXPECT_EQ(world.map.objects.find(*world.ids().begin())->observations, 0U);
 }
 
 // The label set knows a class for them, or they stay without one.
@@ -188,10 +188,10 @@ TEST(ObjectMaintenance, ThingsThatNoNetworkKnowsAreOfTheClassOther) {
     ASSERT_EQ(ids.size(), 2U);
     const LabelSlot thing = *std::next(ids.begin());
     const LabelClass* other = labels.find("other");
-    EXPECT_EQ(world.objects.class_of(thing), other == nullptr ? ClassId::kUnknown : other->id);
-    EXPECT_EQ(world.objects.find(thing)->observations, 0U);
-    EXPECT_TRUE(world.objects.probabilities(thing).empty());
-    EXPECT_EQ(world.objects.class_of(chair), kChair);
+    EXPECT_EQ(world.map.objects.class_of(thing), other == nullptr ? ClassId::kUnknown : other->id);
+    EXPECT_EQ(world.map.objects.find(thing)->observations, 0U);
+    EXPECT_TRUE(world.map.objects.probabilities(thing).empty());
+    EXPECT_EQ(world.map.objects.class_of(chair), kChair);
   }
 }
 
@@ -201,24 +201,24 @@ TEST(ObjectMaintenance, AnObjectThatHoldsNoSurfaceIsNoObject) {
   const LabelSlot chair = world.seen(kChair);
   const LabelSlot behind = world.seen(kChair);
   add_to(world, {solid_box({-0.5, 0, 0}, {0.5, 0.4, 0.4}, chair)});
-  for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    test::BlockEdit block_edit(world.map.block(slot));
+  for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) {
+    test::BlockEdit block_edit(world.map.voxels.block(slot));
     BlockPlanes& block = *block_edit;
     for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      if (block.weight[v] > 0 && block.distance[v] < -2 * world.map.voxel_size_m()) block.label[v] = number(behind);
+      if (block.weight[v] > 0 && block.distance[v] < -2 * world.map.voxels.voxel_size_m()) block.label[v] = number(behind);
     }
   }
-  ASSERT_TRUE(ids_in_use(world.map)[number(behind)]);
+  ASSERT_TRUE(ids_in_use(world.map.voxels)[number(behind)]);
   ASSERT_EQ(world.count(behind), 0U);
   world.finish();
-  EXPECT_FALSE(ids_in_use(world.map)[number(behind)]);
+  EXPECT_FALSE(ids_in_use(world.map.voxels)[number(behind)]);
   EXPECT_EQ(world.ids(), std::set{chair});
 }
 
 TEST(ObjectMaintenance, DropsSmallThingsThatNoMaskEverShowed) {
   for (const double edge_m : {0.05, 0.3}) {
     World world;
-    const LabelSlot thing = *world.objects.create();
+    const LabelSlot thing = *world.map.objects.create();
     add_to(world, {solid_box({0, 0, 0}, Vec3d::Constant(edge_m), thing)});
     world.finish();
     EXPECT_EQ(world.ids().contains(thing), edge_m == 0.3);

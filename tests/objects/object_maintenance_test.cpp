@@ -45,15 +45,15 @@ World busy_world(const MaintenanceOptions& options = {}) {
 
 TEST(ObjectMaintenance, ChangesNothingWhenDisabled) {
   World world = busy_world(MaintenanceOptions{.enabled = false});
-  const std::uint64_t hash = world.map.hash();
-  const std::uint64_t epoch = world.map.epoch();
-  const std::size_t objects = world.objects.count();
+  const std::uint64_t hash = world.map.voxels.hash();
+  const std::uint64_t epoch = world.map.voxels.epoch();
+  const std::size_t objects = world.map.objects.count();
   world.maintenance.saw_together(std::vector{PanopticId{10}, PanopticId{11}});
   world.run();
   world.finish();
-  EXPECT_EQ(world.map.hash(), hash);
-  EXPECT_EQ(world.map.epoch(), epoch);
-  EXPECT_EQ(world.objects.count(), objects);
+  EXPECT_EQ(world.map.voxels.hash(), hash);
+  EXPECT_EQ(world.map.voxels.epoch(), epoch);
+  EXPECT_EQ(world.map.objects.count(), objects);
 }
 
 TEST(ObjectMaintenance, IsTheSameAtAnyThreadCount) {
@@ -62,11 +62,11 @@ TEST(ObjectMaintenance, IsTheSameAtAnyThreadCount) {
   for (const int threads : {1, 2}) {
     set_thread_count(threads);
     World world = busy_world();
-    const std::uint64_t before = world.map.hash();
+    const std::uint64_t before = world.map.voxels.hash();
     world.run();
     world.finish();
-    hashes.push_back(world.map.hash());
-    counts.push_back(world.objects.count());
+    hashes.push_back(world.map.voxels.hash());
+    counts.push_back(world.map.objects.count());
     EXPECT_NE(hashes.back(), before);
   }
   set_thread_count(0);
@@ -77,19 +77,19 @@ TEST(ObjectMaintenance, IsTheSameAtAnyThreadCount) {
 TEST(ObjectMaintenance, TouchesLabelsAloneAndMarksEveryBlockThatItChanges) {
   World world = busy_world();
   const World before = busy_world();
-  const std::uint64_t epoch = world.map.epoch();
+  const std::uint64_t epoch = world.map.voxels.epoch();
   world.run();
   world.finish();
   std::size_t changed = 0;
-  for (Slot slot = 0; slot < world.map.block_count(); ++slot) {
-    const BlockPlanes now = test::planes_of(world.map.block(slot));
-    const BlockPlanes then = test::planes_of(before.map.block(slot));
+  for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) {
+    const BlockPlanes now = test::planes_of(world.map.voxels.block(slot));
+    const BlockPlanes then = test::planes_of(before.map.voxels.block(slot));
     EXPECT_EQ(now.distance, then.distance);
     EXPECT_EQ(now.weight, then.weight);
     EXPECT_EQ(now.label_weight, then.label_weight);
     if (now.label == then.label) continue;
     ++changed;
-    EXPECT_GT(world.map.changed_at(slot), epoch);
+    EXPECT_GT(world.map.voxels.changed_at(slot), epoch);
   }
   EXPECT_GT(changed, 10U);
 }
@@ -99,9 +99,9 @@ TEST(ObjectMaintenance, LeavesNoVoxelWithAnIdThatIsNoObject) {
   for (int round = 0; round < 3; ++round) {
     if (round < 2) world.run();
     if (round == 2) world.finish();
-    const std::vector<bool> in_use = ids_in_use(world.map);
+    const std::vector<bool> in_use = ids_in_use(world.map.voxels);
     for (int id = kFirst; id < number(LabelSlot::kNoVote); ++id) {
-      const bool is_object = world.objects.find(pid(id)) != nullptr;
+      const bool is_object = world.map.objects.find(pid(id)) != nullptr;
       EXPECT_TRUE(is_object || !in_use[static_cast<std::size_t>(id)]) << id;
     }
     EXPECT_FALSE(in_use[65535]);
@@ -112,7 +112,7 @@ TEST(ObjectMaintenance, GetsAlongWithAnEmptyMapAndWithAMapWithoutLabels) {
   World empty;
   empty.run();
   empty.finish(0);
-  EXPECT_EQ(empty.map.block_count(), 0U);
+  EXPECT_EQ(empty.map.voxels.block_count(), 0U);
   World unlabelled;
   add_to(unlabelled, {solid_ground(kUp, 0, LabelSlot::kUnknown)});
   unlabelled.run();
@@ -128,7 +128,7 @@ TEST(ObjectMaintenance, GetsAlongWithThousandsOfObjects) {
   for (int n = 0; n < kSide * kSide; ++n) ids.push_back(world.seen(n % 2 == 0 ? kChair : kBag, 6));
   for (std::int32_t b = 0; b < 13; ++b) {  // tiles of 4 voxels
     for (std::int32_t c = 0; c < 13; ++c) {
-      test::BlockEdit block_edit(world.map.block(world.map.allocate({b, c, 0})));
+      test::BlockEdit block_edit(world.map.voxels.block(world.map.voxels.allocate({b, c, 0})));
       BlockPlanes& block = *block_edit;
       for (int v = 0; v < kBlockVoxels; ++v) {
         const int x = (b * kBlockSide + v % kBlockSide) / 4;
@@ -136,7 +136,7 @@ TEST(ObjectMaintenance, GetsAlongWithThousandsOfObjects) {
         const int z = v / (kBlockSide * kBlockSide);
         if (x >= kSide || y >= kSide || z > 12) continue;
         const auto i = static_cast<std::size_t>(v);
-        block.distance[i] = static_cast<float>(z - 6) * world.map.voxel_size_m();
+        block.distance[i] = static_cast<float>(z - 6) * world.map.voxels.voxel_size_m();
         block.weight[i] = 1;
         block.label[i] = number(ids[static_cast<std::size_t>(x + kSide * y)]);
       }
@@ -144,11 +144,11 @@ TEST(ObjectMaintenance, GetsAlongWithThousandsOfObjects) {
   }
   ASSERT_EQ(world.ids().size(), ids.size());
   world.run();
-  for (const LabelSlot id : ids) ASSERT_NE(world.objects.find(world.objects.survivor(id)), nullptr);
-  for (const LabelSlot id : world.ids()) ASSERT_NE(world.objects.find(id), nullptr);
+  for (const LabelSlot id : ids) ASSERT_NE(world.map.objects.find(world.map.objects.survivor(id)), nullptr);
+  for (const LabelSlot id : world.ids()) ASSERT_NE(world.map.objects.find(id), nullptr);
   EXPECT_LT(world.ids().size(), ids.size()) << "diagonal neighbours of a class lie against each other";
   world.finish();
-  for (const LabelSlot id : world.ids()) ASSERT_NE(world.objects.find(id), nullptr);
+  for (const LabelSlot id : world.ids()) ASSERT_NE(world.map.objects.find(id), nullptr);
 }
 
 // Without a fresh id the thing stays with the table: no label is lost.
@@ -156,12 +156,12 @@ TEST(ObjectMaintenance, CarvesNothingWhenAllIdsAreTaken) {
   World world;
   add_to(world, {table_top(stuff(kTable)), box_on_table(stuff(kTable)),
                  solid_box({-1.1, -0.8, 0}, {-0.8, -0.5, 0.3}, LabelSlot::kUnknown)});
-  while (world.objects.create()) {
+  while (world.map.objects.create()) {
   }
-  const std::uint64_t hash = world.map.hash();
+  const std::uint64_t hash = world.map.voxels.hash();
   world.run();
   world.finish();
-  EXPECT_EQ(world.map.hash(), hash);
+  EXPECT_EQ(world.map.voxels.hash(), hash);
 }
 
 }  // namespace

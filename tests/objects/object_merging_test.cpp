@@ -46,9 +46,9 @@ TEST(ObjectMaintenance, MergesTwoHalvesOfAChair) {
   world.run();
   EXPECT_EQ(world.ids(), std::set{halves.larger});
   EXPECT_EQ(world.count(halves.larger), voxels);
-  EXPECT_EQ(world.objects.survivor(halves.smaller), halves.larger);
-  EXPECT_EQ(world.objects.find(halves.smaller), nullptr);
-  EXPECT_EQ(world.objects.find(halves.larger)->observations, 40U);
+  EXPECT_EQ(world.map.objects.survivor(halves.smaller), halves.larger);
+  EXPECT_EQ(world.map.objects.find(halves.smaller), nullptr);
+  EXPECT_EQ(world.map.objects.find(halves.larger)->observations, 40U);
 }
 
 TEST(ObjectMaintenance, DoesNotMergeOtherClassesNorDistantThingsNorThingsWithoutAClass) {
@@ -61,7 +61,7 @@ TEST(ObjectMaintenance, DoesNotMergeOtherClassesNorDistantThingsNorThingsWithout
   distant.run();
   EXPECT_EQ(distant.ids().size(), 2U);
   World nameless;
-  const Halves halves{*nameless.objects.create(), *nameless.objects.create()};
+  const Halves halves{*nameless.map.objects.create(), *nameless.map.objects.create()};
   add_to(nameless,
          {solid_box({-0.4, 0, 0}, {0, 0.4, 0.4}, halves.larger), solid_box({0, 0, 0}, {0.2, 0.4, 0.4}, halves.smaller)});
   nameless.run();
@@ -72,11 +72,11 @@ TEST(ObjectMaintenance, DoesNotMergeWhatWasOftenSeenAsTwoMasksAtOnce) {
   for (const int together : {4, 5}) {  // of 20 observations each; the limit is a fifth
     World world;
     const Halves halves = add_halves(world, kChair, kChair);
-    const std::vector both = {world.objects.id_of(halves.smaller), world.objects.id_of(halves.larger)};
+    const std::vector both = {world.map.objects.id_of(halves.smaller), world.map.objects.id_of(halves.larger)};
     for (int t = 0; t < together; ++t) world.maintenance.saw_together(both);
     world.run();
     EXPECT_EQ(world.ids().size(), together == 4 ? 1U : 2U);
-    EXPECT_EQ(world.objects.survivor(halves.smaller), together == 4 ? halves.larger : halves.smaller);
+    EXPECT_EQ(world.map.objects.survivor(halves.smaller), together == 4 ? halves.larger : halves.smaller);
   }
 }
 
@@ -87,13 +87,13 @@ TEST(ObjectMaintenance, KeepsApartWhatWasCovisibilityWithAMergedPart) {
   const LabelSlot part = world.seen(kChair);
   const LabelSlot neighbour = world.seen(kChair);
   for (int t = 0; t < 15; ++t)
-    world.maintenance.saw_together(std::vector{world.objects.id_of(part), world.objects.id_of(neighbour)});
+    world.maintenance.saw_together(std::vector{world.map.objects.id_of(part), world.map.objects.id_of(neighbour)});
   add_to(world, {solid_box({-0.4, 0, 0}, {0, 0.4, 0.4}, large), solid_box({0, 0, 0}, {0.06, 0.4, 0.4}, part),
                  solid_box({0.06, 0, 0}, {0.18, 0.4, 0.4}, neighbour)});
   world.run();
   world.run();
   world.run();
-  EXPECT_EQ(world.objects.survivor(part), large);
+  EXPECT_EQ(world.map.objects.survivor(part), large);
   EXPECT_EQ(world.ids(), (std::set{large, neighbour}));
 }
 
@@ -108,9 +108,9 @@ TEST(ObjectMaintenance, MergesAChainOfPiecesAndEveryIdResolvesToTheSurvivor) {
   add_to(world, solids);
   world.finish();
   ASSERT_EQ(world.ids().size(), 1U);
-  for (const LabelSlot piece : pieces) EXPECT_EQ(world.objects.survivor(piece), *world.ids().begin());
-  EXPECT_EQ(world.objects.count(), 1U);
-  EXPECT_EQ(world.objects.find(*world.ids().begin())->observations, 120U);
+  for (const LabelSlot piece : pieces) EXPECT_EQ(world.map.objects.survivor(piece), *world.ids().begin());
+  EXPECT_EQ(world.map.objects.count(), 1U);
+  EXPECT_EQ(world.map.objects.find(*world.ids().begin())->observations, 120U);
 }
 
 TEST(ObjectMaintenance, MakesABoxOnATableAnObjectThatKeepsItsId) {
@@ -121,16 +121,16 @@ TEST(ObjectMaintenance, MakesABoxOnATableAnObjectThatKeepsItsId) {
     world.run();
     const LabelSlot box = world.at({0.1, 0.1, 0.9});
     EXPECT_NE(box, table);
-    ASSERT_NE(world.objects.find(box), nullptr);
-    EXPECT_EQ(world.objects.class_of(box), ClassId::kUnknown);
+    ASSERT_NE(world.map.objects.find(box), nullptr);
+    EXPECT_EQ(world.map.objects.class_of(box), ClassId::kUnknown);
     EXPECT_EQ(world.at({-0.3, -0.2, 0.7}), table);
     EXPECT_EQ(world.at({0, 0.1, 0.85}), box) << "its side";
-    const std::uint64_t hash = world.map.hash();
+    const std::uint64_t hash = world.map.voxels.hash();
     world.run();
-    EXPECT_EQ(world.map.hash(), hash);
+    EXPECT_EQ(world.map.voxels.hash(), hash);
     world.finish();
     EXPECT_EQ(world.at({0.1, 0.1, 0.9}), box);
-    EXPECT_EQ(world.objects.count(), told_apart ? 2U : 1U);
+    EXPECT_EQ(world.map.objects.count(), told_apart ? 2U : 1U);
   }
 }
 
@@ -140,16 +140,16 @@ TEST(ObjectMaintenance, GivesNewSurfaceOfACarvedThingToIt) {
   add_to(world, {table_top(stuff(kTable)), box_on_table(stuff(kTable))});
   world.run();
   const LabelSlot box = world.at({0.1, 0.1, 0.9});
-  SurfaceVoxels surface(world.map);
+  SurfaceVoxels surface(world.map.voxels);
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
-    const Vec3d p = place_m(surface[i], world.map.voxel_size_m());
+    const Vec3d p = place_m(surface[i], world.map.voxels.voxel_size_m());
     if (surface[i].label == box && p.x() > 0.12) surface.relabel(i, p.y() > 0.1 ? stuff(kTable) : LabelSlot::kUnknown);
   }
-  surface.write_labels(world.map, world.votes);
+  surface.write_labels(world.map.voxels, world.votes);
   world.run();
   EXPECT_EQ(world.at({0.18, 0.18, 0.9}), box);
   EXPECT_EQ(world.at({0.18, 0.02, 0.9}), box);
-  EXPECT_EQ(world.objects.count(), 1U);
+  EXPECT_EQ(world.map.objects.count(), 1U);
 }
 
 TEST(ObjectMaintenance, LeavesThingsWithAClassOnTheTableAlone) {
@@ -170,8 +170,8 @@ TEST(ObjectMaintenance, ARarelySeenObjectOnATableIsAThingWithoutAClass) {
     world.finish();
     const LabelSlot thing = world.at({0.1, 0.1, 0.9});
     EXPECT_EQ(thing == bag, times == 20);
-    ASSERT_NE(world.objects.find(thing), nullptr);
-    EXPECT_EQ(world.objects.class_of(thing), times == 20 ? kBag : ClassId::kUnknown);
+    ASSERT_NE(world.map.objects.find(thing), nullptr);
+    EXPECT_EQ(world.map.objects.class_of(thing), times == 20 ? kBag : ClassId::kUnknown);
   }
 }
 

@@ -141,8 +141,8 @@ std::string shipped(const char* name) {
 }
 
 // The picture with its segments in colour and their borders in white.
-Image<Rgb> overlay(const Image<Rgb>& color, const Segmentation& segmentation, const LabelSet& labels) {
-  Image<Rgb> picture = color;
+Image<Rgb> overlay(const ImageView<Rgb>& color, const Segmentation& segmentation, const LabelSet& labels) {
+  Image<Rgb> picture = color.copied();
   for (int v = 1; v < color.height(); ++v) {
     for (int u = 1; u < color.width(); ++u) {
       const std::uint16_t segment = segmentation.segment_at(u, v);

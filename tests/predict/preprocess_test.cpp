@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/base/foreign_memory.h"
+
 namespace panoptic {
 namespace {
 
@@ -34,6 +36,16 @@ TEST(ToInput, NormalizesEachChannelIntoItsOwnPlane) {
     EXPECT_FLOAT_EQ(tensor.values[i], (image[i].r * 0.5F - 1) / 2);
     EXPECT_FLOAT_EQ(tensor.values[15 + i], (image[i].g * 0.5F - 2) / 4);
     EXPECT_FLOAT_EQ(tensor.values[30 + i], (image[i].b * 0.5F - 3) / 8);
+  }
+}
+
+TEST(ToInput, ReadsBorrowedRowsWhereverTheyLie) {
+  const Image<Rgb> image = numbered_image(7, 5);
+  for (const test::RowOrder order : {test::RowOrder::kTopFirst, test::RowOrder::kTopLast}) {
+    const test::ForeignMemory<Rgb> memory(image, 11, order);
+    for (const int size : {5, 8}) {  // one that is resized to, and one that is not
+      EXPECT_EQ(to_input(memory.view(), format_of(7, size)).values, to_input(image, format_of(7, size)).values);
+    }
   }
 }
 

@@ -58,7 +58,7 @@ class SmallWorld {
     s->up = Vec3f(0, 1, 0);
     s->frame.index = static_cast<std::int64_t>(revision_);
     s->frame.color_camera = {4, 2, 3, 3, 1.5, 0.5};
-    s->frame.color = std::make_shared<const Image<Rgb>>(4, 2, Rgb{200, 100, 50});
+    s->frame.color = std::make_shared<const SharedImage<Rgb>>(Image<Rgb>(4, 2, Rgb{200, 100, 50}));
     s->frame.labelled_color = s->frame.color;
     auto ids = std::make_shared<Image<PanopticId>>(4, 2);
     (*ids)(1, 0) = kBallId;
