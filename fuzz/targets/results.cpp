@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/viewer/result_folder.h"
 #include "fuzz/input.h"
-#include "panoptic/evaluation.h"
 #include "panoptic/eval/submission.h"
+#include "panoptic/evaluation.h"
 
 namespace panoptic::fuzz {
 namespace {

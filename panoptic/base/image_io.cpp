@@ -31,8 +31,7 @@ std::span<const std::uint8_t> as_bytes(const std::string& text) {
 
 template <typename T>
 PixelRows rows_of(const Image<T>& image, int channels) {
-  return {image.data(), image.width(), image.height(), channels,
-          static_cast<int>(8 * sizeof(T)) / channels};
+  return {image.data(), image.width(), image.height(), channels, static_cast<int>(8 * sizeof(T)) / channels};
 }
 
 std::vector<std::uint8_t> encoded(std::vector<std::uint8_t> bytes, std::string_view name, const char* format) {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/scan_truth.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/map.h"
+#include "panoptic/scan_truth.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {

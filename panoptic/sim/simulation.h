@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "panoptic/scan_truth.h"
 #include "panoptic/frame.h"
+#include "panoptic/scan_truth.h"
 #include "panoptic/sim/home.h"
 #include "panoptic/sim/renderer.h"
 #include "panoptic/sim/sensor_noise.h"

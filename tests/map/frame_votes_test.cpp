@@ -248,7 +248,8 @@ TEST(FrameVotes, WhatIsCarvedOrLevelledIsNoLongerOverruled) {
   overrule(world, chair);
   const auto labels_before = [&] {
     std::vector<std::array<std::uint16_t, kBlockVoxels>> labels;
-    for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot) labels.push_back(test::planes_of(world.map.voxels.block(slot)).label);
+    for (Slot slot = 0; slot < world.map.voxels.block_count(); ++slot)
+      labels.push_back(test::planes_of(world.map.voxels.block(slot)).label);
     return labels;
   }();
   FrameVotes before = world.votes;
