@@ -110,6 +110,7 @@ void finish(Mapper& mapper, const BenchSettings& settings, StageTimes& times, Be
   result.mesh_triangles = mesh.triangles.size();
   result.blocks = mapper.map().voxels.block_count();
   result.map_bytes = mapper.map().voxels.memory_bytes();
+  result.observed_voxels = mapper.map().voxels.observed_voxels();
   const std::uint64_t hash = mapper.map().voxels.hash();
   if (result.map_hash != 0 && hash != result.map_hash) throw Error("two repeats gave different maps: this is a bug, report it");
   result.map_hash = hash;

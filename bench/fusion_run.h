@@ -53,6 +53,7 @@ struct BenchResult {
   double segments_mean = 0;
   std::size_t blocks = 0;
   std::size_t map_bytes = 0;
+  std::size_t observed_voxels = 0;
   std::size_t mesh_triangles = 0;
   double peak_rss_mb = 0;  // of the process while it maps, less the decoded frames
   std::uint64_t map_hash = 0;

@@ -67,7 +67,7 @@ Json to_json(const BenchArguments& a, const BenchFrames& recording, const BenchR
   }
   Json copies = Json::array();
   for (const CopyTimes& c : result.copies) copies.push_back({{"fusion_p50_ms", c.fusion_p50_ms}, {"map_blocks", c.map_blocks}});
-  const auto voxels = static_cast<double>(result.blocks) * kBlockVoxels;
+  const double observed = std::max(1.0, static_cast<double>(result.observed_voxels));
   return {{"program", fmt::format("panoptic {}", version())},
           {"recording", recording.description},
           {"frames", result.frames},
@@ -90,7 +90,7 @@ Json to_json(const BenchArguments& a, const BenchFrames& recording, const BenchR
           {"frames_mb", static_cast<double>(recording.bytes) / 1e6},
           {"blocks", result.blocks},
           {"map_mb", static_cast<double>(result.map_bytes) / 1e6},
-          {"map_bytes_per_voxel", static_cast<double>(result.map_bytes) / std::max(1.0, voxels)},
+          {"map_bytes_per_observed_voxel", static_cast<double>(result.map_bytes) / observed},
           {"mesh_triangles", result.mesh_triangles},
           {"map_hash", fmt::format("{:016x}", result.map_hash)}};
 }
@@ -104,9 +104,10 @@ void print(const Json& result) {
     fmt::print("{:<18}{:>8}{:>10.3f}{:>10.3f}{:>10.3f}\n", name, stage["count"].get<int>(), stage["p50_ms"].get<double>(),
                stage["p95_ms"].get<double>(), stage["max_ms"].get<double>());
   }
-  fmt::print("map {:.1f} MB in {} blocks, {:.2f} bytes a voxel; peak {:.0f} MB (without the decoded frames); hash {}\n",
-             result["map_mb"].get<double>(), result["blocks"].get<int>(), result["map_bytes_per_voxel"].get<double>(),
-             result["peak_rss_mb"].get<double>(), result["map_hash"].get<std::string>());
+  fmt::print(
+      "map {:.1f} MB in {} blocks, {:.1f} bytes per observed voxel; peak {:.0f} MB (without the decoded frames); hash {}\n",
+      result["map_mb"].get<double>(), result["blocks"].get<int>(), result["map_bytes_per_observed_voxel"].get<double>(),
+      result["peak_rss_mb"].get<double>(), result["map_hash"].get<std::string>());
 }
 
 void bench(BenchArguments& a) {

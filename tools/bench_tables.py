@@ -37,7 +37,7 @@ def stages_table(one, all_threads):
 
 
 def memory_line(result):
-    return (f"Map: {result['map_bytes_per_voxel']:.1f} bytes per allocated voxel (target 24), {result['map_mb']:.0f} MB in {result['blocks']} blocks; "
+    return (f"Map: {result['map_bytes_per_observed_voxel']:.1f} bytes per observed voxel (target 35), {result['map_mb']:.0f} MB in {result['blocks']} blocks; "
             f"peak {result['peak_rss_mb']:.0f} MB besides the decoded frames (target 150 at 2.4 cm).")
 
 
