@@ -69,7 +69,7 @@ enum class WordPlane : std::uint8_t { kLabel, kRed, kGreen, kBlue };
 // loops over a plane vectorise; what follows the last voxel means nothing, but never holds up arithmetic.
 class Brick {
  public:
-  Brick() = default;
+  Brick() = default;  // stores nothing
   Brick(std::uint64_t stored, std::byte* planes) : stored_(stored), planes_(planes) {}
 
   std::uint64_t stored() const { return stored_; }  // a bit per voxel
@@ -83,13 +83,20 @@ class Brick {
   std::uint16_t* plane(WordPlane p) { return reinterpret_cast<std::uint16_t*>(planes_ + begin(p)); }
   const std::uint16_t* plane(WordPlane p) const { return reinterpret_cast<const std::uint16_t*>(planes_ + begin(p)); }
   std::byte* planes() const { return planes_; }
+  // The label of a voxel, stored or not; without a branch, because readers ask for the voxels of pixels, which nobody can guess.
+  std::uint16_t label(int voxel) const {
+    const auto all = static_cast<std::uint16_t>(-static_cast<int>(stored_ >> voxel & 1));
+    return reinterpret_cast<const std::uint16_t*>(planes_)[place(voxel)] & all;  // the first plane
+  }
 
  private:
-  std::size_t begin(FloatPlane p) const { return static_cast<std::size_t>(4 * capacity() * static_cast<int>(p)); }
-  std::size_t begin(WordPlane p) const { return static_cast<std::size_t>(capacity() * (16 + 2 * static_cast<int>(p))); }
+  alignas(64) static inline std::byte nothing_[kBrickVoxels];
+
+  std::size_t begin(FloatPlane p) const { return static_cast<std::size_t>(capacity() * (8 + 4 * static_cast<int>(p))); }
+  std::size_t begin(WordPlane p) const { return static_cast<std::size_t>(2 * capacity() * static_cast<int>(p)); }
 
   std::uint64_t stored_ = 0;
-  std::byte* planes_ = nullptr;
+  std::byte* planes_ = nothing_;
 };
 
 class BrickPool;
@@ -103,11 +110,11 @@ class VoxelBlock {
 
   // A voxel or one property of it, by offset.
   Voxel at(int offset) const;
-  float distance(int offset) const { return value<float>(FloatPlane::kDistance, offset); }
-  float weight(int offset) const { return value<float>(FloatPlane::kWeight, offset); }
-  float label_weight(int offset) const { return value<float>(FloatPlane::kLabelWeight, offset); }
-  float vote_sum(int offset) const { return value<float>(FloatPlane::kVoteSum, offset); }
-  std::uint16_t label(int offset) const { return value<std::uint16_t>(WordPlane::kLabel, offset); }
+  float distance(int offset) const { return value(FloatPlane::kDistance, offset); }
+  float weight(int offset) const { return value(FloatPlane::kWeight, offset); }
+  float label_weight(int offset) const { return value(FloatPlane::kLabelWeight, offset); }
+  float vote_sum(int offset) const { return value(FloatPlane::kVoteSum, offset); }
+  std::uint16_t label(int offset) const { return brick(brick_of(offset)).label(voxel_in_brick(offset)); }
 
   // Sets a voxel, and stores it if it was not.
   void set(int offset, const Voxel& voxel);
@@ -127,11 +134,10 @@ class VoxelBlock {
   void unpack(BlockPlanes& planes) const;
 
  private:
-  template <typename Value, typename Plane>
-  Value value(Plane p, int offset) const {
+  float value(FloatPlane p, int offset) const {
     const Brick& b = brick(brick_of(offset));
     const int voxel = voxel_in_brick(offset);
-    return (b.stored() >> voxel & 1) != 0 ? b.plane(p)[b.place(voxel)] : Value{};
+    return (b.stored() >> voxel & 1) != 0 ? b.plane(p)[b.place(voxel)] : 0.0F;
   }
   void clear();
 

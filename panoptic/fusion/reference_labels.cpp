@@ -21,7 +21,7 @@ struct VoxelPiece {
   alignas(64) std::array<std::int32_t, kPiece> x;
   alignas(64) std::array<std::int32_t, kPiece> y;
   alignas(64) std::array<std::int32_t, kPiece> z;
-  alignas(64) std::array<std::int32_t, kPiece> offset;   // of the voxel in its block; -1 = no depth
+  alignas(64) std::array<std::int32_t, kPiece> voxel;    // brick * 64 + voxel in the brick; -1 = no depth
   alignas(64) std::array<std::int32_t, kPiece> changed;  // not 0 where the block is another one than the pixel's before
 };
 
@@ -45,8 +45,9 @@ void find_voxels(const RowToVoxels& to_voxels, const float* x, const float* dept
     p->z[k] = floor_to_int((r.per_x[2] * xs[k] + r.base[2]) * zs[k] + r.origin[2]);
   }
   for (int k = 0; k < count; ++k) {
-    const std::int32_t offset = (p->x[k] & 15) | (p->y[k] & 15) << 4 | (p->z[k] & 15) << 8;
-    p->offset[k] = zs[k] > 0 ? offset : -1;
+    const std::int32_t voxel = (p->x[k] & 3) | (p->y[k] & 3) << 2 | (p->z[k] & 3) << 4;
+    const std::int32_t brick = (p->x[k] >> 2 & 3) | (p->y[k] >> 2 & 3) << 2 | (p->z[k] >> 2 & 3) << 4;
+    p->voxel[k] = zs[k] > 0 ? brick * kBrickVoxels + voxel : -1;
     p->x[k] >>= 4;
     p->y[k] >>= 4;
     p->z[k] >>= 4;
@@ -64,8 +65,10 @@ void look_up_piece(const VoxelPiece& piece, int count, CachedLookup& lookup, Lab
   for (int k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(k);
     if (piece.changed[i] != 0) block = lookup.find({piece.x[i], piece.y[i], piece.z[i]});
-    const bool known = (piece.offset[i] >= 0) & (block != nullptr);
-    labels[k] = known ? static_cast<LabelSlot>(block->label(piece.offset[i])) : LabelSlot::kUnknown;
+    const std::int32_t voxel = piece.voxel[i];
+    const bool known = (voxel >= 0) & (block != nullptr);
+    labels[k] =
+        known ? static_cast<LabelSlot>(block->brick(voxel / kBrickVoxels).label(voxel % kBrickVoxels)) : LabelSlot::kUnknown;
   }
 }
 

@@ -52,7 +52,7 @@ TEST(Os, WhatIsMappedOfAFileWithoutANameComesBackAfterItsMemoryWasGivenBack) {
   EXPECT_TRUE(names_in_folder(folder).empty());
   constexpr std::size_t kBytes = 1 << 16;
   ASSERT_TRUE(file.take_space(0, kBytes));
-  auto* const memory = static_cast<char*>(file.map(0, kBytes));
+  auto* const memory = static_cast<char*>(file.map(0, kBytes, 4096));
   ASSERT_NE(memory, nullptr);
   memory[kBytes - 1] = 'x';
   os::give_back(memory, kBytes);
