@@ -14,9 +14,11 @@
 namespace panoptic {
 namespace {
 
-// Counts the commas of every object, so that it is known before anything is built. Texts that are not JSON are the parser's.
+// Counts the commas of every object and all, so that it is known before anything is built. Texts that are not JSON are the
+// parser's.
 bool is_crowded(std::string_view text) {
   constexpr std::int32_t kArray = -1;
+  std::size_t values = 1;
   std::vector<std::int32_t> commas;  // of the objects that are open; kArray for arrays
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -26,7 +28,9 @@ bool is_crowded(std::string_view text) {
       commas.push_back(c == '{' ? 0 : kArray);
     } else if ((c == '}' || c == ']') && !commas.empty()) {
       commas.pop_back();
-    } else if (c == ',' && !commas.empty() && commas.back() != kArray) {
+    } else if (c == ',') {
+      if (++values > kMostJsonValues) return true;
+      if (commas.empty() || commas.back() == kArray) continue;
       if (++commas.back() >= static_cast<std::int32_t>(kMostJsonMembers)) return true;
     }
   }
@@ -43,7 +47,10 @@ std::optional<Json> json_in(std::string_view text) {
 
 Json read_json_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
   const std::string text = read_file(path, max_bytes);
-  if (is_crowded(text)) throw Error(fmt::format("{}: an object with more than {} members", path.string(), kMostJsonMembers));
+  if (is_crowded(text)) {
+    throw Error(fmt::format("{}: more than {} values, or an object with more than {} members; such a file is none of ours",
+                            path.string(), kMostJsonValues, kMostJsonMembers));
+  }
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& e) {

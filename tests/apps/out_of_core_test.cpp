@@ -12,8 +12,8 @@ using test::fresh_folder;
 using test::run_program;
 namespace fs = std::filesystem;
 
-TEST(OutOfCore, SlowlyAHomeAtOneCentimetreIsTheSameMapInAFifthOfItsMemory) {
-  constexpr double kLimit_mb = 64;
+TEST(OutOfCore, SlowlyAHomeAtOneCentimetreIsTheSameMapInAQuarterOfItsMemory) {
+  constexpr double kLimit_mb = 48;
   const fs::path home = fresh_folder("home");
   const auto simulated =
       run_program({"simulate", "--seed", "3", "--rooms", "2", "--frames", "90", "--predictions", "good", "-o", home.string()});
@@ -33,7 +33,7 @@ TEST(OutOfCore, SlowlyAHomeAtOneCentimetreIsTheSameMapInAFifthOfItsMemory) {
   EXPECT_EQ(limited["map_hash"], whole["map_hash"]);
   EXPECT_EQ(limited["mesh"], whole["mesh"]);
   EXPECT_GT(whole["map_memory_mb"].get<double>(), 5 * kLimit_mb);
-  EXPECT_LT(limited["map_memory_mb"].get<double>(), 1.1 * kLimit_mb);
+  EXPECT_LT(limited["map_memory_mb"].get<double>(), 1.25 * kLimit_mb);  // with the index, which stays
 }
 
 }  // namespace

@@ -87,7 +87,8 @@ TEST_F(Run, WithPredictionsTheMapHashIsTheSameAtAnyThreadCount) {
 TEST_F(Run, AnEarlierRunsOptionsRepeatIt) {
   ASSERT_EQ(run({"--set", "map.voxel_size_m=0.05", "--set", "integrator.method=raycast"}).exit_code, 0);
   const std::string hash = report()["map_hash"];
-  ASSERT_EQ(run({"--config", (out_ / "options.toml").string()}).exit_code, 0);
+  const std::string options = (out_ / "options.toml").string();
+  ASSERT_EQ(run_program({"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--config", options}).exit_code, 0);
   EXPECT_EQ(report()["map_hash"], hash);
   EXPECT_NEAR(report()["options"]["map"]["voxel_size_m"].get<double>(), 0.05, 1e-6);
 }
