@@ -125,9 +125,9 @@ TEST_F(Run, RunningOutOfMemoryKeepsTheMapSoFar) {
   GTEST_SKIP() << "the sanitizers take more memory than the limit of this test and never fail an allocation";
 #endif
   const fs::path predictions = write_predictions();
-  fs::resize_file(predictions / "000007.png", 900'000'000);  // of holes, that take no space
+  fs::resize_file(predictions / "000007.png", 260'000'000);  // of holes, that take no space
   const auto limit_memory = [] {
-    const rlimit limit{500'000'000, 500'000'000};
+    const rlimit limit{250'000'000, 250'000'000};
     setrlimit(RLIMIT_DATA, &limit);
   };
   const ProgramResult result = run_program({"run", "--no-pictures", recording_.string(), "-o", out_.string(), "--predictions",
