@@ -229,7 +229,9 @@ int run(const Arguments& arguments) {
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   write_map(arguments.output, mapper, options, summary, result.failure);
-  return conclude(arguments, mapper, summary, result);
+  const int code = conclude(arguments, mapper, summary, result);
+  if (viewer) viewer->finish([] { return !interrupted(); });
+  return code;
 }
 
 }  // namespace panoptic

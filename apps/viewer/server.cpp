@@ -178,7 +178,8 @@ struct ViewerServer::State {
   ViewerContent content;
   HttpServer http;
   std::thread listener;
-  std::mutex mutex;  // of the three below
+  std::atomic<Clock::time_point> asked_at{Clock::time_point::min()};  // by a browser, for the last time
+  std::mutex mutex;                                                   // of the three below
   std::condition_variable ending;
   bool is_ending = false;
   int streams = 0;
@@ -295,6 +296,7 @@ void ViewerServer::State::end_stream() {
 }
 
 void ViewerServer::State::handle(const httplib::Request& request, httplib::Response& response) {
+  asked_at = Clock::now();
   if (!is_admitted(request, response)) return;
   if (request.path == "/events") {
     if (request.method == "HEAD") return say(response, 405, "GET it");
@@ -340,6 +342,15 @@ ViewerServer::~ViewerServer() {
   state_->http.end_connections();
   state_->http.stop();
   state_->listener.join();
+}
+
+void ViewerServer::finish(const std::function<bool()>& wanted) const {
+  constexpr auto kQuiet = std::chrono::seconds(2);
+  constexpr auto kLongest = std::chrono::seconds(30);
+  const auto since = Clock::now();
+  while (wanted() && Clock::now() - since < kLongest && Clock::now() < state_->asked_at.load() + kQuiet) {
+    std::this_thread::sleep_for(kLookEvery);
+  }
 }
 
 std::string ViewerServer::url() const { return url_of(state_->options.bind, state_->port, state_->options.token); }

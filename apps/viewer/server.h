@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,6 +30,10 @@ class ViewerServer {
   ~ViewerServer();  // ends every connection
   ViewerServer(const ViewerServer&) = delete;
   ViewerServer& operator=(const ViewerServer&) = delete;
+
+  // Serves on until no browser has asked for anything for two seconds, so that those who watch get what came last; half a minute
+  // at most, and no longer than `wanted` says.
+  void finish(const std::function<bool()>& wanted) const;
 
   std::string url() const;  // "http://127.0.0.1:8060/", with ?token=... where one is needed
 
