@@ -215,7 +215,7 @@ TEST(MapMerge, WithItselfKeepsTheSurfaceAndTheObjectsAndAddsTheirEvidence) {
     ASSERT_EQ(test::planes_of(both.map.voxels.block(slot)).distance,
               test::planes_of(alone.saved.map.voxels.block(slot)).distance);
     ASSERT_EQ(test::planes_of(both.map.voxels.block(slot)).label, test::planes_of(alone.saved.map.voxels.block(slot)).label);
-    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+    for (int v = 0; v < kBlockVoxels; ++v) {
       ASSERT_EQ(both.map.voxels.block(slot).weight(v), 2 * alone.saved.map.voxels.block(slot).weight(v));
     }
   }

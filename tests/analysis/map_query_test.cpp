@@ -149,14 +149,13 @@ TEST_F(Query, SaysWhatIsAtEveryVoxel) {
   for (Slot slot = 0; slot < saved_.map.voxels.block_count(); ++slot) {
     const BlockIndex b = saved_.map.voxels.index_of(slot);
     for (int v = 0; v < kBlockVoxels; ++v) {
-      const auto i = static_cast<std::size_t>(v);
       const Vec3d voxel(16 * b.x + v % 16, 16 * b.y + v / 16 % 16, 16 * b.z + v / 256);
       const auto answer = query_.at((voxel + Vec3d(0.1, 0.5, 0.9)) * size);
-      ASSERT_EQ(answer.has_value(), saved_.map.voxels.block(slot).weight(i) > 0);
+      ASSERT_EQ(answer.has_value(), saved_.map.voxels.block(slot).weight(v) > 0);
       if (!answer) continue;
       ++observed;
-      ASSERT_EQ(answer->distance_m, saved_.map.voxels.block(slot).distance(i));
-      ASSERT_EQ(number(answer->id), saved_.map.voxels.block(slot).label(i));
+      ASSERT_EQ(answer->distance_m, saved_.map.voxels.block(slot).distance(v));
+      ASSERT_EQ(number(answer->id), saved_.map.voxels.block(slot).label(v));
       ASSERT_TRUE(answer->label_share >= 0 && answer->label_share <= 1);
     }
   }

@@ -118,12 +118,12 @@ TEST(Regularizer, AVoxelGetsItsVoteBackWhenItsSurroundingsTakeItsSide) {
   Regularizer regularizer(RegularizerOptions{}, map);
   regularizer.run(map);
   const Slot slot = map.find_slot({1, 1, 0});
-  const auto voxel = static_cast<std::size_t>(voxel_offset(8, 8, 0));
+  const int voxel = voxel_offset(8, 8, 0);
   ASSERT_EQ(map.block(slot).label(voxel), 1);
   map.begin_epoch();  // frames see something large there, but not the voxel itself
   for (Slot s = 0; s < map.block_count(); ++s) {
-    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
-      if (s != slot || v != voxel) map.block(s).set_label(static_cast<int>(v), 7);
+    for (int v = 0; v < kBlockVoxels; ++v) {
+      if (s != slot || v != voxel) map.block(s).set_label(v, 7);
     }
     map.mark_changed(s);
   }
@@ -156,7 +156,7 @@ TEST(Regularizer, OneContraryFrameTurnsBackAVoxelThatWasFlippedWithoutKnowledge)
   });
   Regularizer(RegularizerOptions{}, map).run(map);
   const VoxelBlock* block = map.find({1, 1, 0});
-  const auto voxel = static_cast<std::size_t>(voxel_offset(8, 8, 0));
+  const int voxel = voxel_offset(8, 8, 0);
   EXPECT_EQ(block->label(voxel), 1);
   EXPECT_EQ(block->label_weight(voxel), 0) << "as unsure as before";
 }

@@ -79,7 +79,7 @@ TEST(Regularizer, VoxelsWithoutAVoteTakeALabelOnlyNearVotesAndWithoutWeight) {
   int near = 0;
   for (int x = 0; x < 64; ++x) {
     const VoxelBlock* block = map.find({x >> 4, 1, 0});
-    const auto voxel = static_cast<std::size_t>(voxel_offset(x & 15, 8, 0));
+    const int voxel = voxel_offset(x & 15, 8, 0);
     if (x < 32) {
       ASSERT_EQ(block->label(voxel), 7);
       continue;

@@ -170,7 +170,7 @@ TEST(SnapshotPublisher, ConfidenceIsTheShareOfTheNearerVoxelsWeightThatSpeaksFor
       const auto z = static_cast<int>(std::floor(voxel.z()));
       const VoxelBlock* block = mapper.map().voxels.find({x >> 4, y >> 4, z >> 4});
       ASSERT_NE(block, nullptr);
-      const auto i = static_cast<std::size_t>(voxel_offset(x & 15, y & 15, z & 15));
+      const int i = voxel_offset(x & 15, y & 15, z & 15);
       const float share = label_share(block->label_weight(i), block->vote_sum(i));
       ++all;
       between += v.confidence > 20 && v.confidence < 235 ? 1 : 0;

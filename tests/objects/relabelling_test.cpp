@@ -123,7 +123,7 @@ TEST(Renaming, ChangesEveryVoxelAtOnceOnTheSurfaceOrNot) {
   renaming.apply(map, votes, surface);
   const std::map<int, int> expected = {{0, 0}, {1, 2}, {2, 3}, {3, 3}, {4, 4}, {5, 65534}};
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    for (std::size_t v = 0; v < kBlockVoxels; ++v) {
+    for (int v = 0; v < kBlockVoxels; ++v) {
       ASSERT_EQ(map.block(slot).label(v), expected.at(before.block(slot).label(v)));
     }
     EXPECT_EQ(test::planes_of(map.block(slot)).label_weight, test::planes_of(before.block(slot)).label_weight);
