@@ -183,6 +183,8 @@ class Evaluation {
   ~Evaluation();
   Evaluation(Evaluation&&) noexcept;
   Evaluation& operator=(Evaluation&&) noexcept;
+  Evaluation(const Evaluation&) = delete;
+  Evaluation& operator=(const Evaluation&) = delete;
 
   // Carries the map's labels to the vertices of the truth: each takes those of the map's nearest vertex, if that is within two
   // voxels. Adds them, and compares the surfaces too. Returns the labels, for a submission.

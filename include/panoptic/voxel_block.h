@@ -90,13 +90,13 @@ class Brick {
   }
 
  private:
-  alignas(64) static inline std::byte nothing_[kBrickVoxels];
+  alignas(64) static inline std::byte nothing[kBrickVoxels];
 
   std::size_t begin(FloatPlane p) const { return static_cast<std::size_t>(capacity() * (8 + 4 * static_cast<int>(p))); }
   std::size_t begin(WordPlane p) const { return static_cast<std::size_t>(2 * capacity() * static_cast<int>(p)); }
 
   std::uint64_t stored_ = 0;
-  std::byte* planes_ = nothing_;
+  std::byte* planes_ = nothing;
 };
 
 class BrickPool;
@@ -107,6 +107,7 @@ class VoxelBlock {
   explicit VoxelBlock(BrickPool& pool) : pool_(&pool) {}
   VoxelBlock(const VoxelBlock&) = delete;
   VoxelBlock& operator=(const VoxelBlock&) = delete;
+  ~VoxelBlock() = default;
 
   // A voxel or one property of it, by offset.
   Voxel at(int offset) const;

@@ -80,11 +80,15 @@ TEST(BorrowedFrames, StagesUpToTheIntegratorReadThePixelsOfTheCaller) {
     ++looked;
   };
   std::vector<LabelSlot> labels;
+  std::vector<LabelSlot> ids;
+  std::vector<std::uint32_t> areas_px;
   ReplacedStages stages;
   stages.associate = [&](const FrameToLabel& seen, PanopticMap&) {
     look(seen);
     labels.assign(seen.registered.segment.size(), LabelSlot::kNoVote);
-    return Association{labels, {}, {}};
+    ids.assign(seen.segmentation.segments.size(), LabelSlot::kNoVote);
+    areas_px.assign(ids.size(), 0);
+    return Association{labels, ids, areas_px};
   };
   stages.labelled = [&](const FrameToLabel& seen, std::span<const LabelSlot>) { look(seen); };
   MapperParts mapper(test::coarse(), test::test_labels(), stages);
