@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "panoptic/fusion/band_touch.h"
+#include "panoptic/fusion/depth_tiles.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/label_tracker.h"
 #include "panoptic/fusion/ray_fusion.h"
@@ -151,21 +152,12 @@ void integration(benchmark::State& state, const std::string& method) {
 void update_blocks(benchmark::State& state) {
   World& w = world(static_cast<int>(state.range(0)));
   const FrameView view = w.view();
-  const Eigen::Matrix3f camera_from_world = view.world_from_camera.transpose();
-  const Eigen::Matrix3f step = camera_from_world * w.map.voxel_size_m();
+  DepthTiles tiles;
   for (auto _ : state) {
+    tiles.build(view.pixels.depth, view.pixels.width, view.pixels.height);
     for (Slot slot = 0; slot < w.map.block_count(); ++slot) {
-      const BlockIndex b = w.map.index_of(slot);
-      const Vec3d first = (Vec3d(b.x, b.y, b.z) * kBlockSide + Vec3d::Constant(0.5)) * double{w.map.voxel_size_m()};
-      const Vec3f place = camera_from_world * (first - view.camera_in_world_m).cast<float>();
-      BlockInCamera in_camera{};
-      for (int a = 0; a < 3; ++a) {
-        in_camera.origin[a] = place[a];
-        in_camera.step_x[a] = step(a, 0);
-        in_camera.step_y[a] = step(a, 1);
-        in_camera.step_z[a] = step(a, 2);
-      }
-      integrate_block(view.pixels, in_camera, w.band(), w.map.block(slot));
+      const BlockInCamera place = view.in_camera(w.map.index_of(slot), w.map.voxel_size_m());
+      integrate_block(view.pixels, place, w.band(), bricks_in_band(view.pixels, tiles, place, w.band()), w.map.block(slot));
     }
   }
   const auto voxels = static_cast<double>(w.map.block_count()) * kBlockVoxels;

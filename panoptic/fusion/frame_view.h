@@ -6,6 +6,7 @@
 
 #include "panoptic/fusion/integrate_kernels.h"
 #include "panoptic/geometry.h"
+#include "panoptic/map/voxel_grid.h"
 
 namespace panoptic {
 
@@ -24,6 +25,21 @@ struct FrameView {
   Vec3f ray(int u, int v) const {
     const Vec3f in_camera(static_cast<float>((u - camera.cx) / camera.fx), static_cast<float>((v - camera.cy) / camera.fy), 1.0F);
     return world_from_camera * in_camera;
+  }
+
+  BlockInCamera in_camera(BlockIndex block, float voxel_size_m) const {
+    const Eigen::Matrix3f camera_from_world = world_from_camera.transpose();
+    const Eigen::Matrix3f step = camera_from_world * voxel_size_m;
+    const Vec3d first_m = center_m(first_voxel(block), voxel_size_m);
+    const Vec3f origin = camera_from_world * (first_m - camera_in_world_m).cast<float>();
+    BlockInCamera place{};
+    for (int a = 0; a < 3; ++a) {
+      place.origin[a] = origin[a];
+      place.step_x[a] = step(a, 0);
+      place.step_y[a] = step(a, 1);
+      place.step_z[a] = step(a, 2);
+    }
+    return place;
   }
 };
 

@@ -13,9 +13,8 @@
 namespace panoptic {
 namespace {
 
-constexpr int kTogether = 4;  // bricks
+constexpr int kTogether = 2;  // bricks
 constexpr int kSlice = kBrickSide * kBrickSide;
-constexpr int kSlices = kTogether * kBrickSide;
 
 // Some bricks on their way to the pixels: plain arrays, and nothing but ternaries in the loops, so that each loop vectorises by
 // itself. Long loops of loads and of prefetches hide how far away the images are.
@@ -37,8 +36,10 @@ struct BricksScratch {
 // External linkage on purpose: GCC's target_clones need it.
 namespace kernels {
 
-void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
-void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
+void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                      VoxelBlock& block);
+void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                            VoxelBlock& block);
 
 // Where the voxels of a brick are and which pixels they fall on.
 [[gnu::always_inline]] static inline void project_brick(const KernelFrame& frame, const BlockInCamera& place, int brick,
@@ -72,9 +73,9 @@ void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place
 
 // Which voxels could be in the band? The signed distance along the ray is never shorter than that along z; `reach` is a little
 // more than the band, for rounding.
-[[gnu::always_inline]] static inline void find_near(const KernelFrame& frame, float reach, BricksScratch& s) {
-  for (int k = 0; k < BricksScratch::kVoxels; ++k) s.depth[k] = frame.depth[s.pixel[k]];
-  for (int k = 0; k < BricksScratch::kVoxels; ++k) {
+[[gnu::always_inline]] static inline void find_near(const KernelFrame& frame, float reach, int bricks, BricksScratch& s) {
+  for (int k = 0; k < bricks * kBrickVoxels; ++k) s.depth[k] = frame.depth[s.pixel[k]];
+  for (int k = 0; k < bricks * kBrickVoxels; ++k) {
     const float along_z = s.depth[k] - s.z[k];
     s.near[k] = ((s.depth[k] > 0) & (along_z < reach) & (along_z > -reach)) ? 1 : 0;
   }
@@ -106,6 +107,13 @@ void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place
   }
 }
 
+[[gnu::always_inline]] static inline void prefetch_planes(const Brick& brick) {
+  constexpr int kLine = 64;
+  const int bytes = brick.capacity() * kVoxelBytes;
+#pragma GCC unroll 1
+  for (int at = 0; at < bytes; at += kLine) __builtin_prefetch(brick.planes() + at);
+}
+
 // Distance and weight for the voxels of the brick that begins at `first`. Returns a bit for every one that is observed.
 [[gnu::always_inline]] static inline std::uint64_t weigh(const Band& band, int first, BricksScratch& s) {
   alignas(64) std::uint8_t observed[kBrickVoxels];
@@ -120,6 +128,17 @@ void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place
   }
   for (int k = 0; k < kBrickVoxels; ++k) observed[k] = s.weight[k] > 0 ? 1 : 0;
   return bits_of(observed);
+}
+
+// The observations of all voxels of a brick.
+[[gnu::always_inline]] static inline void gather_all(const KernelFrame& frame, int first, const BricksScratch& s,
+                                                     BrickObservations& o) {
+  for (int k = 0; k < kBrickVoxels; ++k) {
+    o.distance[k] = s.distance[k];
+    o.weight[k] = s.weight[k];
+  }
+  for (int k = 0; k < kBrickVoxels; ++k) o.color[k] = frame.color[s.pixel[first + k]];
+  for (int k = 0; k < kBrickVoxels; ++k) o.label[k] = number(frame.label[s.pixel[first + k]]);
 }
 
 // The observations of the voxels that the brick stores.
@@ -155,7 +174,11 @@ template <bool LabelsOnly>
     if (observed == 0) return;
     if ((observed & ~brick.stored()) != 0) block.store(number, observed);
   }
-  gather(frame, brick, first, s, o);
+  if (brick.stored() == ~std::uint64_t{0}) {
+    gather_all(frame, first, s, o);
+  } else {
+    gather(frame, brick, first, s, o);
+  }
   if constexpr (LabelsOnly) {
     fuse_labels(brick, brick.capacity(), rules, o);
   } else {
@@ -165,42 +188,49 @@ template <bool LabelsOnly>
 
 template <bool LabelsOnly>
 [[gnu::always_inline]] static inline void fuse_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in,
-                                                      const Band& band_in, VoxelBlock& block) {
+                                                      const Band& band_in, std::uint64_t bricks, VoxelBlock& block) {
   const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
   const BlockInCamera place = place_in;
   const Band band = band_in;
   const float reach = band.truncation_m * 1.001F;
   BricksScratch s;  // NOLINT(cppcoreguidelines-pro-type-member-init): every turn fills it
-  for (int begin = 0; begin < kBlockBricks; begin += kTogether) {
-    for (int n = 0; n < kTogether; ++n) project_brick(frame, place, begin + n, n * kBrickVoxels, s);
-    find_near(frame, reach, s);
-    for (int slice = 0; slice < kSlices; ++slice) {
+  while (bricks != 0) {
+    int number[kTogether] = {};
+    int count = 0;
+    for (; count < kTogether && bricks != 0; ++count, bricks &= bricks - 1) number[count] = std::countr_zero(bricks);
+    for (int n = 0; n < count; ++n) project_brick(frame, place, number[n], n * kBrickVoxels, s);
+    find_near(frame, reach, count, s);
+    for (int slice = 0; slice < count * kBrickSide; ++slice) {
       if (any_near(s, slice)) prefetch_slice(frame, s, slice);
     }
-    for (int n = 0; n < kTogether; ++n) {
+    for (int n = 0; n < count; ++n) prefetch_planes(block.brick(number[n]));
+    for (int n = 0; n < count; ++n) {
       const int first = n * kBrickVoxels;
-      if (bits_of(s.near + first) != 0) fuse_observed<LabelsOnly>(frame, band, begin + n, first, s, block);
+      if (bits_of(s.near + first) != 0) fuse_observed<LabelsOnly>(frame, band, number[n], first, s, block);
     }
   }
 }
 
 PANOPTIC_CLONES
-void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  fuse_bricks<false>(frame, place, band, block);
+void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                      VoxelBlock& block) {
+  fuse_bricks<false>(frame, place, band, bricks, block);
 }
 
 PANOPTIC_CLONES
-void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
-  fuse_bricks<true>(frame, place, band, block);
+void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                            VoxelBlock& block) {
+  fuse_bricks<true>(frame, place, band, bricks, block);
 }
 
 }  // namespace kernels
 
-void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block) {
+void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                     VoxelBlock& block) {
   if (frame.labels_only) {
-    kernels::integrate_label_bricks(frame, place, band, block);
+    kernels::integrate_label_bricks(frame, place, band, bricks, block);
   } else {
-    kernels::integrate_bricks(frame, place, band, block);
+    kernels::integrate_bricks(frame, place, band, bricks, block);
   }
 }
 

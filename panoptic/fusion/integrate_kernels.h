@@ -86,8 +86,10 @@ struct BlockInCamera {
   float step_z[3];
 };
 
-// Projects every voxel of the block into the frame and fuses the pixel it falls on, within the band (Eq. 6-11; with
-// frame.labels_only Eq. 9-11, for voxels that are stored). Stores the voxels that are observed for the first time.
-void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, VoxelBlock& block);
+// Projects the voxels of some bricks of the block (a bit each) into the frame and fuses the pixels they fall on, within the band
+// (Eq. 6-11; with frame.labels_only Eq. 9-11, for voxels that are stored). Stores the voxels that are observed for the first
+// time.
+void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                     VoxelBlock& block);
 
 }  // namespace panoptic

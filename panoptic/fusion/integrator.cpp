@@ -7,7 +7,6 @@
 
 #include "panoptic/fusion/band_touch.h"
 #include "panoptic/map/block_key.h"
-#include "panoptic/map/voxel_grid.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -119,19 +118,10 @@ std::vector<Slot> Integrator::allocate(VoxelMap& map) const {
 }
 
 void Integrator::update_by_projection(const FrameView& view, std::span<const Slot> slots, VoxelMap& map) {
-  const Eigen::Matrix3f camera_from_world = view.world_from_camera.transpose();
-  const Eigen::Matrix3f step = camera_from_world * map.voxel_size_m();
+  depth_tiles_.build(view.pixels.depth, view.pixels.width, view.pixels.height);
   parallel_for(slots.size(), [&](std::size_t i) {
-    const Vec3d first_voxel_m = center_m(first_voxel(map.index_of(slots[i])), map.voxel_size_m());
-    const Vec3f place = camera_from_world * (first_voxel_m - view.camera_in_world_m).cast<float>();
-    BlockInCamera in_camera{};
-    for (int a = 0; a < 3; ++a) {
-      in_camera.origin[a] = place[a];
-      in_camera.step_x[a] = step(a, 0);
-      in_camera.step_y[a] = step(a, 1);
-      in_camera.step_z[a] = step(a, 2);
-    }
-    integrate_block(view.pixels, in_camera, band_, map.block(slots[i]));
+    const BlockInCamera place = view.in_camera(map.index_of(slots[i]), map.voxel_size_m());
+    integrate_block(view.pixels, place, band_, bricks_in_band(view.pixels, depth_tiles_, place, band_), map.block(slots[i]));
   });
 }
 

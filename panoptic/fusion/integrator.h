@@ -12,6 +12,7 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/frame.h"
+#include "panoptic/fusion/depth_tiles.h"
 #include "panoptic/fusion/frame_view.h"
 #include "panoptic/fusion/ray_kernels.h"
 #include "panoptic/fusion/registration.h"
@@ -63,6 +64,7 @@ class Integrator {
   float voxel_size_m_;
   float max_weight_;
   LabelVotes votes_;
+  DepthTiles depth_tiles_;
   std::array<std::vector<std::uint64_t>, kChunks> keys_;  // per chunk: the blocks that it touches
   RayTable ray_table_;
   std::array<PassageLists, kChunks> rays_;  // per chunk: for each block, the voxels that its rays pass through

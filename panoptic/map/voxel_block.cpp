@@ -61,6 +61,28 @@ std::uint64_t held(const BlockPlanes& planes, int brick) {
   return all;
 }
 
+// Copies the planes of a brick to one that stores more voxels, which may lie in the same memory if it has the same capacity: from
+// the last voxel to the first, none moves towards the front.
+void spread_planes(const Brick& before, Brick& after) {
+  std::array<int, kBrickVoxels> places{};  // for each new voxel: how many of the old ones come before it
+  int added = 0;
+  for (std::uint64_t rest = after.stored() & ~before.stored(); rest != 0; rest &= rest - 1) {
+    places[static_cast<std::size_t>(added++)] = before.place(std::countr_zero(rest));
+  }
+  for_each_plane([&](auto p) {
+    const auto* from = before.plane(p);
+    auto* to = after.plane(p);
+    int end = before.count();
+    for (int n = added; n > 0; --n) {
+      const int place = places[static_cast<std::size_t>(n - 1)];
+      std::memmove(to + place + n, from + place, static_cast<std::size_t>(end - place) * sizeof *to);
+      to[place + n - 1] = 0;
+      end = place;
+    }
+    if (from != to) std::memcpy(to, from, static_cast<std::size_t>(end) * sizeof *to);
+  });
+}
+
 }  // namespace
 
 Voxel VoxelBlock::at(int offset) const {
@@ -119,24 +141,14 @@ bool VoxelBlock::rename_labels(std::span<const std::uint16_t> new_label) {
 }
 
 void VoxelBlock::store(int number, std::uint64_t voxels) {
-  Brick& before = brick(number);
-  const std::uint64_t all = before.stored() | voxels;
-  if (all == before.stored()) return;
-  Brick after(all, pool_->allocate(Brick(all, nullptr).capacity()));
-  if (before.stored() != 0) {
-    std::array<std::uint8_t, kBrickVoxels> places{};
-    std::size_t count = 0;
-    for (std::uint64_t rest = before.stored(); rest != 0; rest &= rest - 1) {
-      places[count++] = static_cast<std::uint8_t>(after.place(std::countr_zero(rest)));
-    }
-    for_each_plane([&](auto p) {
-      const auto* from = std::as_const(before).plane(p);
-      auto* to = after.plane(p);
-      for (std::size_t i = 0; i < count; ++i) to[places[i]] = from[i];
-    });
-    pool_->give_back(before.planes(), before.capacity());
-  }
-  before = after;
+  const Brick before = brick(number);
+  Brick after(before.stored() | voxels, before.planes());
+  if (after.stored() == before.stored()) return;
+  if (after.capacity() != before.capacity()) after = Brick(after.stored(), pool_->allocate(after.capacity()));
+  brick(number) = after;
+  if (before.stored() == 0) return;
+  spread_planes(before, after);
+  if (after.planes() != before.planes()) pool_->give_back(before.planes(), before.capacity());
 }
 
 void VoxelBlock::clear() {

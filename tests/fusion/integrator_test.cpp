@@ -145,7 +145,7 @@ TEST(Integrator, ProjectiveEqualsTheNaiveReferenceVoxelByVoxel) {
   EXPECT_LE(different, observed / 2000) << "of " << observed;  // float and double may round to neighbouring pixels
 }
 
-TEST(Integrator, TheBlocksItTouchesHoldNearlyAllVoxelsOfTheBand) {
+TEST(Integrator, TheBlocksItTouchesHoldNearlyAllVoxelsOfTheNaiveReference) {
   const Frame frame = orbit(1)[0];
   Registration registration({});
   const RegisteredFrame& registered = registration.apply(frame, {});

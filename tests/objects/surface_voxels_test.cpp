@@ -26,11 +26,11 @@ std::vector<Found> naive_surface(const VoxelMap& map) {
   std::vector<Found> result;
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     const BlockIndex b = map.index_of(slot);
+    const BlockPlanes block = test::planes_of(map.block(slot));
     for (int z = 0; z < kBlockSide; ++z) {
       for (int y = 0; y < kBlockSide; ++y) {
         for (int x = 0; x < kBlockSide; ++x) {
           const auto v = static_cast<std::size_t>(voxel_offset(x, y, z));
-          const BlockPlanes block = test::planes_of(map.block(slot));
           if (block.weight[v] <= 0 || std::abs(block.distance[v]) > 1.5F * map.voxel_size_m()) continue;
           result.push_back({{b.x * kBlockSide + x, b.y * kBlockSide + y, b.z * kBlockSide + z}, pid(block.label[v])});
         }

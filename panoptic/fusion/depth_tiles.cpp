@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/fusion/depth_tiles.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "panoptic/base/clones.h"
+#include "panoptic/parallel.h"
+
+namespace panoptic {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr DepthRange kNoReading{kInfinity, -kInfinity};
+constexpr int kTile_px = 1 << DepthTiles::kFinestLog2_px;
+
+DepthRange both(const DepthRange& a, const DepthRange& b) {
+  return {std::min(a.nearest_m, b.nearest_m), std::max(a.farthest_m, b.farthest_m)};
+}
+
+DepthTiles::Level level_of(int columns, int rows) {
+  return {columns, rows, std::vector<DepthRange>(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), kNoReading)};
+}
+
+// The level above: every tile covers two by two of `fine`.
+DepthTiles::Level coarser(const DepthTiles::Level& fine) {
+  DepthTiles::Level level = level_of((fine.columns + 1) / 2, (fine.rows + 1) / 2);
+  for (int row = 0; row < fine.rows; ++row) {
+    for (int column = 0; column < fine.columns; ++column) {
+      DepthRange& range = level.tiles[static_cast<std::size_t>(row / 2 * level.columns + column / 2)];
+      range = both(range, fine.tiles[static_cast<std::size_t>(row * fine.columns + column)]);
+    }
+  }
+  return level;
+}
+
+}  // namespace
+
+// External linkage on purpose: GCC's target_clones need it.
+namespace kernels {
+
+void widen_by_row(const float* depth, int width, float* nearest, float* farthest);
+
+PANOPTIC_CLONES
+void widen_by_row(const float* depth, int width, float* nearest, float* farthest) {
+  const float* __restrict z = depth;
+  float* __restrict low = nearest;
+  float* __restrict high = farthest;
+  for (int u = 0; u < width; ++u) {
+    const float near = z[u] > 0 ? z[u] : kInfinity;
+    low[u] = near < low[u] ? near : low[u];
+    high[u] = (z[u] > 0) & (z[u] > high[u]) ? z[u] : high[u];
+  }
+}
+
+// Where the bricks of a block lie in the view: depths in metres, and columns and rows of pixels, a little more than needed. A
+// brick with nothing to look at has last_u < first_u.
+struct BricksInView {
+  alignas(64) float nearest_m[kBlockBricks];
+  alignas(64) float farthest_m[kBlockBricks];
+  alignas(64) std::int32_t first_u[kBlockBricks];
+  alignas(64) std::int32_t last_u[kBlockBricks];
+  alignas(64) std::int32_t first_v[kBlockBricks];
+  alignas(64) std::int32_t last_v[kBlockBricks];
+};
+
+void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, BricksInView& bricks);
+
+// The pixels between two lines of sight, given by their places at the brick's nearest and farthest depth; one more at each
+// side, for rounding.
+[[gnu::always_inline]] static inline void span_px(float low, float high, float per_near, float per_far, float focal, float center,
+                                                  float size, std::int32_t& first, std::int32_t& last) {
+  const float from = low * (low < 0 ? per_near : per_far) * focal + center - 1;
+  const float to = high * (high < 0 ? per_far : per_near) * focal + center + 2;
+  const float begin = from > 0 ? (from < size ? from : size) : 0.0F;
+  const float end = to < size - 1 ? (to > -1 ? to : -1.0F) : size - 1;
+  first = static_cast<std::int32_t>(begin);
+  last = static_cast<std::int32_t>(end);
+}
+
+PANOPTIC_CLONES
+void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, BricksInView& bricks) {
+  const KernelFrame frame = frame_in;
+  const BlockInCamera place = place_in;
+  BricksInView* __restrict out = &bricks;
+  constexpr float kHalf = 0.5F * (kBrickSide - 1);  // from the middle of a brick to its outer voxels
+  constexpr float kNearest_m = 1e-3F;               // of bricks whose place in the view is worked out
+  float half[3];
+  for (int a = 0; a < 3; ++a) {
+    half[a] = kHalf * (std::abs(place.step_x[a]) + std::abs(place.step_y[a]) + std::abs(place.step_z[a]));
+  }
+  const auto width = static_cast<float>(frame.width);
+  const auto height = static_cast<float>(frame.height);
+  for (int n = 0; n < kBlockBricks; ++n) {
+    const float ix = static_cast<float>(kBrickSide * (n & 3)) + kHalf;
+    const float iy = static_cast<float>(kBrickSide * (n >> 2 & 3)) + kHalf;
+    const float iz = static_cast<float>(kBrickSide * (n >> 4)) + kHalf;
+    const float x = place.origin[0] + ix * place.step_x[0] + iy * place.step_y[0] + iz * place.step_z[0];
+    const float y = place.origin[1] + ix * place.step_x[1] + iy * place.step_y[1] + iz * place.step_z[1];
+    const float z = place.origin[2] + ix * place.step_x[2] + iy * place.step_y[2] + iz * place.step_z[2];
+    const float near = z - half[2];
+    const float far = z + half[2];
+    const bool clear = near > kNearest_m;
+    const float per_near = 1.0F / (clear ? near : 1.0F);
+    const float per_far = 1.0F / (clear ? far : 1.0F);
+    std::int32_t first_u = 0;
+    std::int32_t last_u = 0;
+    std::int32_t first_v = 0;
+    std::int32_t last_v = 0;
+    span_px(x - half[0], x + half[0], per_near, per_far, frame.fx, frame.cx, width, first_u, last_u);
+    span_px(y - half[1], y + half[1], per_near, per_far, frame.fy, frame.cy, height, first_v, last_v);
+    out->nearest_m[n] = near;
+    out->farthest_m[n] = far;
+    out->first_u[n] = clear ? first_u : 0;
+    out->last_u[n] = clear ? last_u : (far > 0 ? frame.width - 1 : -1);
+    out->first_v[n] = clear ? first_v : 0;
+    out->last_v[n] = clear ? last_v : frame.height - 1;
+  }
+}
+
+}  // namespace kernels
+
+void DepthTiles::build(const float* depth_m, int width, int height) {
+  levels_.resize(1);
+  Level& finest = levels_[0];
+  finest = level_of((width + kTile_px - 1) / kTile_px, (height + kTile_px - 1) / kTile_px);
+  const auto columns = static_cast<std::size_t>(width);
+  parallel_for(static_cast<std::size_t>(finest.rows), [&](std::size_t row) {
+    std::vector<float> nearest(columns, kInfinity);
+    std::vector<float> farthest(columns, -kInfinity);
+    const int end = std::min(height, static_cast<int>(row + 1) * kTile_px);
+    for (int v = static_cast<int>(row) * kTile_px; v < end; ++v) {
+      kernels::widen_by_row(depth_m + static_cast<std::size_t>(v) * columns, width, nearest.data(), farthest.data());
+    }
+    DepthRange* tiles = finest.tiles.data() + row * static_cast<std::size_t>(finest.columns);
+    for (std::size_t u = 0; u < columns; ++u) {
+      DepthRange& tile = tiles[u / kTile_px];
+      tile = both(tile, {nearest[u], farthest[u]});
+    }
+  });
+  while (levels_.back().columns > 1 || levels_.back().rows > 1) levels_.push_back(coarser(levels_.back()));
+}
+
+std::uint64_t bricks_in_band(const KernelFrame& frame, const DepthTiles& tiles, const BlockInCamera& place, const Band& band) {
+  kernels::BricksInView view;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by find_bricks
+  kernels::find_bricks(frame, place, view);
+  const float reach = band.truncation_m * 1.01F;
+  const auto most = static_cast<unsigned>(tiles.levels().size()) - 1;
+  std::uint64_t bricks = 0;
+  for (int n = 0; n < kBlockBricks; ++n) {
+    const std::int32_t span = std::max(view.last_u[n] - view.first_u[n], view.last_v[n] - view.first_v[n]);
+    if (view.last_u[n] < view.first_u[n] || view.last_v[n] < view.first_v[n]) continue;
+    // Tiles at least as long as the span: two by two of them cover it.
+    const auto wanted = static_cast<unsigned>(std::bit_width(static_cast<unsigned>(span) >> DepthTiles::kFinestLog2_px));
+    const unsigned at = std::min(wanted, most);
+    const DepthTiles::Level& level = tiles.levels()[at];
+    const unsigned log2_px = DepthTiles::kFinestLog2_px + at;
+    DepthRange range = kNoReading;
+    for (int row = view.first_v[n] >> log2_px; row <= view.last_v[n] >> log2_px; ++row) {
+      for (int column = view.first_u[n] >> log2_px; column <= view.last_u[n] >> log2_px; ++column) {
+        range = both(range, level.tiles[static_cast<std::size_t>(row * level.columns + column)]);
+      }
+    }
+    const bool near = range.nearest_m - reach < view.farthest_m[n] && range.farthest_m + reach > view.nearest_m[n];
+    bricks |= std::uint64_t{near} << n;
+  }
+  return bricks;
+}
+
+}  // namespace panoptic
