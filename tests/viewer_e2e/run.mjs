@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// node run.mjs PROGRAM FOLDER: the viewer from outside, as people meet it: the real program, a real browser without a window.
-// Simulates a small home, maps it, and runs the *.test.mjs beside this file. FOLDER is made anew and keeps the screenshots.
+// node run.mjs PROGRAM FOLDER TESTS: the viewer from outside, as people meet it: the real program, a real browser without a window.
+// Simulates a small home, maps it, and runs TESTS, a file beside this one. FOLDER is made anew and keeps the screenshots.
 // Exit code: 0 passed, 1 failed, 2 wrong usage, 77 skipped because something is missing (one line says what).
 import { spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, readdirSync, rmSync } from 'node:fs';
+import { existsSync, mkdirSync, rmSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
@@ -24,8 +24,8 @@ function run(program, args) {
   if (status !== 0) throw new Error(`${program} ${args.join(' ')}: ${error?.message ?? `exit code ${status}`}`);
 }
 
-if (process.argv.length !== 4) {
-  console.error('usage: node run.mjs PROGRAM FOLDER');
+if (process.argv.length !== 5) {
+  console.error('usage: node run.mjs PROGRAM FOLDER TESTS');
   process.exit(2);
 }
 if (!existsSync(chromium)) skip(`there is no ${chromium}; scripts/setup --packages-only installs it`);
@@ -38,8 +38,7 @@ rmSync(work, { recursive: true, force: true });
 mkdirSync(join(work, 'screenshots'), { recursive: true });
 run(program, ['simulate', '--seed', '1', '--rooms', '1', '--frames', '90', '--predictions', 'good', '-o', join(work, 'home')]);
 run(program, ['run', join(work, 'home'), '--predictions', join(work, 'home/predictions'), '--set', kVoxels, '-o', join(work, 'map')]);
-const tests = readdirSync(here).filter((name) => name.endsWith('.test.mjs')).map((name) => join(here, name));
-const { status } = spawnSync(process.execPath, ['--test', '--test-concurrency=1', ...tests], {
+const { status } = spawnSync(process.execPath, ['--test', join(here, process.argv[4])], {
   stdio: 'inherit',
   env: { ...process.env, PANOPTIC_PROGRAM: program, PANOPTIC_WORK: work, PANOPTIC_VOXELS: kVoxels, PANOPTIC_CHROMIUM: chromium },
 });
