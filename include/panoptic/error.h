@@ -6,6 +6,8 @@
 //   something is not used (a frame)           an Outcome with the reason (outcome.h): mapping goes on without it;
 //   nothing there                             optional or nullptr;
 //   the code is wrong                         PANOPTIC_ASSERT (checked in the dev, asan and tsan presets).
+// REQUIRES in a comment is the duty of the caller: whoever neglects it makes trouble of the last kind, which a release build does
+// not notice.
 #pragma once
 
 #include <stdexcept>

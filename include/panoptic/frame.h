@@ -16,20 +16,21 @@
 namespace panoptic {
 
 struct Frame {
-  std::int64_t index = 0;  // the frame's number in its recording
-  double time_s = 0;
+  std::int64_t index = 0;  // the frame's number in its recording: no two frames of a run have the same
+  double time_s = 0;       // for playback and trajectories; 0 = not known
   Camera depth_camera;
   Camera color_camera;                        // may differ from the depth camera in size, intrinsics and place
   Pose color_from_depth = Pose::Identity();   // a point of the depth camera's frame in the colour camera's frame
   Pose world_from_camera = Pose::Identity();  // the depth camera
-  SharedImage<float> depth;                   // metres, planar z, 0 = no reading
+  SharedImage<float> depth;                   // metres, planar z; 0 and all that is no positive number: no reading
   SharedImage<Rgb> color;                     // as the colour camera saw it
 };
 
 // The frame, to be kept for any time: with SharedImage::kept images.
 Frame kept(Frame frame);
 
-// Whether a frame can be used: not with a NaN pose, images of the wrong size, no colour, or no depth reading at all.
+// Whether a frame can be used: not with a pose that is NaN or no rigid motion, a camera without sound intrinsics or wider than
+// 150 degrees, images of another size than their cameras', no colour, or no depth reading at all.
 Outcome check(const Frame& frame);
 
 }  // namespace panoptic

@@ -31,6 +31,7 @@ class Image {
  public:
   Image() = default;
   Image(int width, int height, T fill = T{}) : width_(width), height_(height), pixels_(count(width, height), fill) {}
+  // REQUIRES width * height pixels.
   Image(int width, int height, std::vector<T> pixels) : width_(width), height_(height), pixels_(std::move(pixels)) {
     PANOPTIC_ASSERT(pixels_.size() == count(width, height));
   }
@@ -76,8 +77,8 @@ class ImageView {
   ImageView(const Image<T>& image)  // NOLINT(google-explicit-constructor): every image can be read
       : ImageView(image.data(), image.width(), image.height()) {}
   ImageView(const T* pixels, int width, int height) : ImageView(pixels, width, height, std::ptrdiff_t{width} * kPixelBytes) {}
-  // Rows begin `row_bytes` apart; below zero: the last row comes first in memory. Throws Error if there are no pixels, or where
-  // rows would overlap or pixels not be aligned.
+  // Rows begin `row_bytes` apart; below zero: the last row comes first in memory. Throws Error if `pixels` is null and the
+  // image has a size, if rows would overlap, or if pixels would not be aligned.
   ImageView(const T* pixels, int width, int height, std::ptrdiff_t row_bytes)
       : pixels_(pixels), width_(width), height_(height), row_bytes_(height > 1 ? row_bytes : width * kPixelBytes) {
     check_pixels(pixels, height, row_bytes_, width * kPixelBytes, alignof(T));
@@ -131,8 +132,8 @@ class SharedImage : public ImageView<T> {
   SharedImage() = default;
   SharedImage(Image<T> image)  // NOLINT(google-explicit-constructor): it takes the image
       : ImageView<T>(image), owner_(std::make_shared<const Image<T>>(std::move(image))) {}
-  // Borrows pixels. They must stay, unchanged, until `owner` is let go, which happens with the last copy of this; or, without
-  // an owner, for as long as whoever gets the image says that it reads them.
+  // Borrows pixels. They must stay, unchanged, until `owner` is let go, which happens with the last copy of this. Without an
+  // owner they must stay for as long as the function or class that takes the image says.
   explicit SharedImage(const ImageView<T>& pixels, std::shared_ptr<const void> owner = nullptr)
       : ImageView<T>(pixels), owner_(std::move(owner)) {}
 

@@ -20,7 +20,7 @@
 
 namespace panoptic {
 
-inline constexpr std::int64_t kMapFormat = 2;  // user_version; rises when older programs could not read the file
+inline constexpr std::int64_t kMapFormat = 2;  // user_version; one more for each change that older programs cannot read
 
 // A position of the recording that was read: its frame, and whether and how it was used.
 struct FrameRecord {
@@ -58,7 +58,7 @@ struct SavedMap {
 std::string note_of_format(const SavedMap& saved, const std::filesystem::path& path);
 
 // Loads a map. Throws Error if the file is no sound one. memory_limit_mb and swap_folder of `place` say how the map lies in
-// memory.
+// memory; its other members do not matter.
 SavedMap load_map(const std::filesystem::path& path, const MapOptions& place = {});
 std::vector<FrameRecord> load_frames(const std::filesystem::path& path);
 

@@ -57,7 +57,8 @@ inline constexpr double kLeastSeenShare = 0.5;
 // a voxel; it is the same however the object was turned.
 inline constexpr double kSimilarSpread = 1.6;
 
-// Throws Error, naming the maps as `name_a` and `name_b`, unless they are comparable (analysis/object_matching.h).
+// Throws Error, naming the maps as `name_a` and `name_b`, unless they are comparable: of one voxel size,
+// truncation and label set, whatever its colours.
 MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b);
 
 struct MergedFiles {
@@ -70,7 +71,7 @@ struct MergedFiles {
   std::vector<std::string> notes;  // what a file of an older format lacks, a line each
 };
 
-// Merges (analysis/map_merge.h) and writes the result, whole or not at all. It is a finished map: info, mesh, query, eval, view,
+// Merges and writes the result, whole or not at all. It is a finished map: info, mesh, query, eval, view,
 // merge, diff and regularize work on it, a run cannot go on from it. Regularizing starts from the labels as merged: what the
 // regularizer overruled in the two maps is not kept. Options are those of `a`. Throws Error: not comparable, or `merged` is
 // there.

@@ -26,7 +26,7 @@ class Profile;
 // at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map, bit for bit.
 class Mapper {
  public:
-  // Throws Error if the options contradict each other.
+  // Throws Error if an option is out of its range (`panoptic options` lists them) or options contradict each other.
   Mapper(const Options& options, LabelSet labels);
   ~Mapper();
   Mapper(Mapper&&) noexcept;
@@ -39,9 +39,9 @@ class Mapper {
   // and segmentation are read during the call alone, where they lie: their memory may be another program's.
   Outcome add(const Frame& frame, const Segmentation& segmentation);
 
-  // The two halves of `add`, for runs where labels come later than frames: all geometry first and the labels of the same frame
-  // later leave the map that `add` would have left, but for what else happened in between. add_geometry counts the frame.
-  // add_labels REQUIRES that add_geometry used this frame. Neither regularizes.
+  // The two halves of `add`, for runs where labels come later than frames. If nothing else is added or regularized between the
+  // two, they leave the map that `add` leaves. add_geometry counts the frame. add_labels REQUIRES that add_geometry used this
+  // frame, and does object maintenance when it is due. Neither regularizes: call regularize.
   Outcome add_geometry(const Frame& frame);
   Outcome add_labels(const Frame& frame, const Segmentation& segmentation);
 
@@ -52,7 +52,8 @@ class Mapper {
   // that no voxel holds and no frames' vote is for.
   void regularize();
 
-  // After the last frame: object maintenance that must wait until then, and the last regularization.
+  // After the last frame, once: object maintenance that must wait until then (it drops what was seen too seldom), and the last
+  // regularization.
   void finish();
 
   // The surface as it is now; only blocks that changed since the last call are extracted anew.
@@ -61,13 +62,15 @@ class Mapper {
   const PanopticMap& map() const;
   const FrameStatistics& frames() const;
   std::uint64_t labelled() const;  // frames that came with a prediction
-  // Per segment of the last frame that was added, or whose labels were: which one it is in the map.
+  // Per segment of the last frame that was added, or whose labels were: which one it is in the map. Stuff and whole classes have
+  // their class number; kUnknown: none.
   std::vector<PanopticId> segment_ids() const;
   // Stages "register", "reference", "track", "integrate", their sum "fusion", "maintain", "regularize" and "mesh"; callers add
   // their own.
   Profile& profile();
   const Profile& profile() const;
-  // The upward direction of the world as the cameras were mostly held: the mean of their -y axes. Unit length.
+  // The upward direction of the world as the cameras were mostly held: the mean of their -y axes, unit length. The -y
+  // axis of the world before the first frame.
   Vec3d up() const;
 
   // For the library's own code: mapping/mapper_parts.h.

@@ -181,7 +181,7 @@ struct LeftSlot {
 struct RegistryState {
   std::vector<Object> objects;  // by slot - first_thing; where no object has the slot, one of id kUnknown without evidence
   std::vector<LeftSlot> left;   // ascending by slot
-  // Ascending by id. `into` is never a merged object itself, but it may be gone; as long as it is there it counts its parts.
+  // Ascending by id. `into` is never itself merged into another. Its object may be gone; while it is there, it counts its parts.
   std::vector<MergedObject> merged;
   PanopticId next_id = PanopticId::kUnknown;
   std::uint64_t refused = 0;  // objects that could not be created

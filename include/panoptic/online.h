@@ -50,7 +50,7 @@ struct OnlineReport {
   std::exception_ptr failure;  // what a stage threw: the map holds what was fused by then; else null
 };
 
-// Threads: push, push_when_free, skip, stop, stopped and progress may be called from any thread; finish and the destructor from
+// Threads: push, push_when_free, skip, stop and stopped may be called from any thread; finish and the destructor from
 // the one that made the pipeline. From construction until finish returns the pipeline alone uses the mapper and the predictor.
 class OnlinePipeline {
  public:

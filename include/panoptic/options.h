@@ -41,12 +41,14 @@ struct DepthOptions {
 struct MapOptions {
   float voxel_size_m = 0.024F;
   float truncation_voxels = 4;  // half width of the band in which voxels are updated
-  // The limit of W^D and W^V of a voxel; 0 = none. Beyond it old frames fade, and a surface, colour or label that is seen anew
-  // outweighs all before it after ln 2 * max_weight / w frames, where w = 1/z^2 (for labels times the vote): 6,900 frames at 1
-  // m, 620 at 0.3 m, 170,000 at 5 m; colours win no later. With cast rays a voxel is counted once per ray.
+  // The limit of W^D and W^V of a voxel, in 1/m^2; 0 = none. A voxel at the limit forgets: what is seen from then on outweighs
+  // all before it after ln 2 * max_weight / w frames, where w = 1/z^2 (for labels times the vote). Those are 6,900 frames at 1 m,
+  // 620 at 0.3 m and 170,000 at 5 m; colours change no later. With cast rays a voxel is counted once per ray.
   float max_weight = 10000;
   int memory_limit_mb = 0;  // of 1e6 bytes; 0 = none
-  std::string swap_folder;  // of the file that holds what is beyond the limit; empty = the system's for temporary files
+  // Of the file that holds what is beyond the limit; empty = the system's for temporary files (`panoptic run`: the output
+  // folder).
+  std::string swap_folder;
 };
 
 // Objects from frame to frame (Eq. 3-5).
@@ -80,31 +82,32 @@ struct MaintenanceOptions {
   float carve_height_m = 0.02F;  // above the table top
   // At the end:
   float floor_height_m = 0.03F;  // level surface this near to the floor's plane is floor; 0 = as the networks say
-  int min_observations = 6;      // objects seen less often are dropped; with few labelled frames, those seen in less than 1 of 35
-  float min_thing_m2 = 0.05F;    // unnamed things with less surface are dropped
-  float min_region_m2 = 0.12F;   // unknown regions from this surface on are things
-  float stray_share = 0.15F;     // pieces of an object smaller than this share of its largest piece are dropped
-  float size_margin = 1.15F;     // an object this much longer than its class can be (label set, max_size_m) is of another class
+  // Objects seen in fewer frames are dropped. Of fewer than 210 labelled frames one in every 35 is enough, rounded up.
+  int min_observations = 6;
+  float min_thing_m2 = 0.05F;   // unnamed things with less surface are dropped
+  float min_region_m2 = 0.12F;  // unknown regions from this surface on are things
+  float stray_share = 0.15F;    // pieces of an object smaller than this share of its largest piece are dropped
+  float size_margin = 1.15F;    // an object this much longer than its class can be (label set, max_size_m) is of another class
 };
 
 // The paper's w1, w2 are 10 and 15 and it regularizes every voxel (configs/presets/paper.toml); on real recordings that
 // loses small objects, see docs/decisions/0008-crf.md.
 struct RegularizerOptions {
   bool enabled = true;
-  int every_frames = 300;  // used frames between two runs: 10 s at 30 Hz
-  float w1 = 4;
-  float w2 = 4;
-  float theta_alpha_m = 0.05F;
-  float theta_beta = 20;
-  int iterations = 5;
-  int max_blocks = 25;
-  float band_voxels = 1.5F;
-  float highest_probability = 0.99F;
+  int every_frames = 300;             // used frames between two runs: 10 s at 30 Hz
+  float w1 = 4;                       // weight of the kernel over place and colour (Eq. 15)
+  float w2 = 4;                       // weight of the kernel over place alone
+  float theta_alpha_m = 0.05F;        // reach of both kernels in space
+  float theta_beta = 20;              // reach in colour, of 255
+  int iterations = 5;                 // of the mean field
+  int max_blocks = 25;                // of a tile, which is regularized at once; 0 = the whole map
+  float band_voxels = 1.5F;           // half width of the band around the surface that is regularized
+  float highest_probability = 0.99F;  // of a label, however sure its votes are (Eq. 19)
 };
 
 // The surface.
 struct MesherOptions {
-  float min_weight = 1e-4F;  // voxels observed with less are taken as unseen
+  float min_weight = 1e-4F;  // voxels observed with less W^D (1/m^2) are taken as unseen
 };
 
 // Mapping while frames arrive (docs/online.md).

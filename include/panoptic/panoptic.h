@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Everything that a program needs to map a recording: see examples/01_map_a_recording.cpp. Headers of their own have questions
-// to a map (query.h), two maps of one place (map_pairs.h), frames as they arrive (online.h), stage times (profile.h), how
-// many threads work (parallel.h), simulated homes (simulation.h) and scores (evaluation.h).
+// to a map (query.h), two maps of one place (map_pairs.h), frames as they arrive (online.h), which frames were used
+// (frame_statistics.h), stage times (profile.h), how many threads work (parallel.h), simulated homes (simulation.h) and scores
+// (evaluation.h, scan_truth.h).
 #pragma once
 
 #include "panoptic/error.h"

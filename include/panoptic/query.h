@@ -41,13 +41,13 @@ struct NearObject {
 struct PointAnswer {
   PanopticId id = PanopticId::kUnknown;
   ClassId class_id = ClassId::kUnknown;
-  float distance_m = 0;   // to the nearest surface, positive in front of it, at most the truncation
-  float weight = 0;       // of the observations
+  float distance_m = 0;   // to the nearest surface, signed: positive in front of it, at most the truncation
+  float weight = 0;       // of the observations: W^D of Eq. 7, a sum of 1/z^2, 1/m^2
   float label_share = 0;  // of all that was voted, 0 to 1: how sure it is
 };
 
-// Answers for a map as it is when the query is made: make a new one after the map has changed. The map must outlive it. const
-// functions may be called from several threads.
+// Answers for a map as it is when the query is made: no function may run while the map changes, nor after it has changed (make a
+// new query then). The map must outlive it. const functions may be called from several threads.
 class MapQuery {
  public:
   explicit MapQuery(const PanopticMap& map);

@@ -23,10 +23,10 @@ struct ClassProbability {
 
 // A region of one frame: one object (thing) or all pixels of one stuff class.
 struct Segment {
-  ClassId class_id = ClassId::kUnknown;
-  float score = 1;  // p(z, O) in Eq. 12; 1 for stuff
-  std::vector<ClassProbability>
-      class_probabilities;      // p(z, l | O) over thing classes, sorted by class id; empty = class_id alone
+  ClassId class_id = ClassId::kUnknown;  // of the mapper's label set, or kUnknown
+  float score = 1;                       // p(z, O) in Eq. 12, 0 to 1; 1 for stuff
+  // p(z, l | O) over classes of the label set, sorted by class id, with a sum of at most 1; empty = class_id alone.
+  std::vector<ClassProbability> class_probabilities;
   bool is_whole_class = false;  // things that were not told apart: what class is there is known, which one is not
 
   bool operator==(const Segment&) const = default;
@@ -56,7 +56,8 @@ struct Instance {
 Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels,
                   const SegmentationOptions& options = {});
 
-// Whether a segmentation can be used with a colour image of this size.
+// Whether a segmentation can be used with a colour image of this size, and in a map with these classes.
 Outcome check(const Segmentation& segmentation, int width, int height);
+Outcome check_classes(const Segmentation& segmentation, const LabelSet& labels);
 
 }  // namespace panoptic

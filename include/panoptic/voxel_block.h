@@ -66,7 +66,7 @@ enum class FloatPlane : std::uint8_t { kDistance, kWeight, kLabelWeight, kVoteSu
 enum class WordPlane : std::uint8_t { kLabel, kRed, kGreen, kBlue };
 
 // The stored voxels of a brick, in the order of their numbers. Each plane has room for capacity() voxels, 8 at a time so that
-// loops over a plane vectorise; what follows the last voxel means nothing, but never holds up arithmetic.
+// loops over a plane vectorise; what follows the last voxel means nothing (and is no NaN or denormal, which would be slow).
 class Brick {
  public:
   Brick() = default;  // stores nothing

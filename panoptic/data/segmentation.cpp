@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/segmentation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -84,6 +86,20 @@ Outcome check(const Segmentation& segmentation, int width, int height) {
     const bool all_sound = sound(segment.score) && std::all_of(probabilities.begin(), probabilities.end(),
                                                                [&](const ClassProbability& p) { return sound(p.probability); });
     if (!all_sound) return Outcome::refused("segmentation has a score or probability that is negative or not finite");
+  }
+  return {};
+}
+
+Outcome check_classes(const Segmentation& segmentation, const LabelSet& labels) {
+  const auto refused = [&](ClassId id) {
+    return Outcome::refused(
+        fmt::format("segmentation has class {}, which the label set '{}' has not", number(id), labels.name()));
+  };
+  for (const Segment& segment : segmentation.segments) {
+    if (segment.class_id != ClassId::kUnknown && labels.find(segment.class_id) == nullptr) return refused(segment.class_id);
+    for (const ClassProbability& p : segment.class_probabilities) {
+      if (labels.find(p.class_id) == nullptr) return refused(p.class_id);
+    }
   }
   return {};
 }

@@ -4,15 +4,15 @@
 
 #include <utility>
 
-#include "panoptic/error.h"
 #include "panoptic/fusion/reference_labels.h"
+#include "panoptic/mapping/option_fields.h"
 #include "panoptic/objects/object_views.h"
 #include "panoptic/profile.h"
 
 namespace panoptic {
 
 MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages replaced)
-    : map_(options.map, std::move(labels)),
+    : map_(checked(options).map, std::move(labels)),
       replaced_(std::move(replaced)),
       registration_(options.depth),
       tracker_(options.tracker, map_.labels),
@@ -24,9 +24,6 @@ MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages
       tasks_{{"maintain", Counted::kLabelFrame, static_cast<std::uint64_t>(options.objects.every_frames), &MapperParts::maintain},
              {"regularize", Counted::kFrame, static_cast<std::uint64_t>(options.regularizer.every_frames),
               &MapperParts::regularize_changes}} {
-  if (options.depth.min_m >= options.depth.max_m) {
-    throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
-  }
   if (!regularizes_) tasks_.pop_back();
   farthest_camera_m_ = double{map_.voxels.block_size_m()} * (kMaxBlockCoordinate - 2) - options.depth.max_m * 2.0;
 }
@@ -96,6 +93,7 @@ Outcome MapperParts::check_frame(const Frame& frame, const Segmentation& segment
   if (frame.world_from_camera.translation().cwiseAbs().maxCoeff() > farthest_camera_m_) {
     return Outcome::refused("pose lies farther out than a map reaches");
   }
+  if (Outcome outcome = check_classes(segmentation, map_.labels); !outcome.used) return outcome;
   return check(segmentation, frame.color.width(), frame.color.height());
 }
 

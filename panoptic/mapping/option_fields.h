@@ -12,4 +12,7 @@ namespace panoptic {
 Fields fields(Options& options);
 Fields fields(OnlineOptions& options);
 
+// Returns the options. Throws Error that names the first one out of its range, or two that contradict each other.
+const Options& checked(const Options& options);
+
 }  // namespace panoptic

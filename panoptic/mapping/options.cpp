@@ -34,6 +34,16 @@ Fields fields(Options& o) {
   return all;
 }
 
+const Options& checked(const Options& options) {
+  Options copy = options;
+  const Fields all = fields(copy);
+  read_toml_text(to_toml(all), "options", all);  // the reader looks at every range
+  if (options.depth.min_m >= options.depth.max_m) {
+    throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
+  }
+  return options;
+}
+
 Options preset_options(const std::string& name) {
   Options options;
   if (name == kDefaultPreset) return options;

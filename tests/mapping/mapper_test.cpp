@@ -5,18 +5,22 @@
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/profile.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <malloc.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
+#include <string>
 
 #include "panoptic/base/config.h"
 #include "panoptic/error.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/parallel.h"
 #include "tests/block_planes.h"
+#include "tests/expect_error.h"
 #include "tests/mapping/ball_on_floor.h"
 
 namespace panoptic {
@@ -362,6 +366,42 @@ TEST(Mapper, OptionsThatLeaveNoDepthAreAnError) {
   Options options;
   options.depth.min_m = 9;
   EXPECT_THROW(Mapper(options, test::test_labels()), Error);
+}
+
+TEST(Mapper, OptionsOutOfTheirRangeAreAnErrorThatNamesThem) {
+  const auto complaint = [](const std::function<void(Options&)>& change) {
+    Options options;
+    change(options);
+    return test::error_of([&] { Mapper(options, test::test_labels()); });
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(complaint([](Options& o) { o.objects.every_frames = 0; }), HasSubstr("objects.every_frames"));
+  EXPECT_THAT(complaint([](Options& o) { o.integrator.method = "Raycast"; }), HasSubstr("projective, raycast"));
+  EXPECT_THAT(complaint([](Options& o) { o.map.voxel_size_m = 0; }), HasSubstr("map.voxel_size_m"));
+  EXPECT_THAT(complaint([](Options& o) { o.tracker.iou_threshold = std::numeric_limits<float>::quiet_NaN(); }),
+              HasSubstr("tracker.iou_threshold"));
+  EXPECT_EQ(complaint([](Options&) {}), "");
+}
+
+// Class 9 is beyond the classes, so its number is the slot of an object to come.
+TEST(Mapper, SegmentsOfClassesThatTheLabelSetLacksAreRefused) {
+  Mapper mapper({}, test::test_labels());
+  const Frame frame = orbit_frame(0);
+  for (const bool as_class : {true, false}) {
+    for (const std::uint16_t id : {9, 65535}) {
+      Segmentation segmentation = halves(frame.color_camera);
+      Segment& segment = segmentation.segments[0];
+      segment.is_whole_class = true;
+      if (as_class) segment.class_id = ClassId{id};
+      if (!as_class) segment.class_probabilities = {{ClassId{id}, 1.0F}};
+      EXPECT_EQ(mapper.add(frame, segmentation).reason,
+                "segmentation has class " + std::to_string(id) + ", which the label set 'test' has not");
+    }
+  }
+  EXPECT_EQ(mapper.map().voxels.block_count(), 0U);
+  Segmentation unknown = halves(frame.color_camera);
+  unknown.segments[0] = {};
+  EXPECT_EQ(mapper.add(frame, unknown), Outcome{});
 }
 
 TEST(Mapper, StagesAddUpToFusion) {
