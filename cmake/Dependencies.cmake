@@ -10,6 +10,7 @@ find_package(ZLIB REQUIRED)
 find_package(PNG REQUIRED)
 find_package(TurboJPEG REQUIRED)
 find_package(TIFF 4.5 REQUIRED)
+find_package(OpenEXR 3.1 REQUIRED)  # of which OpenEXRCore alone is linked: it needs zlib and nothing else
 find_package(OpenCVParts REQUIRED)
 find_package(TinyGLTF REQUIRED)
 if(PANOPTIC_PARALLEL STREQUAL "tbb")

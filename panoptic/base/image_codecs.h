@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "panoptic/base/depth_image.h"
 #include "panoptic/image.h"
 
 namespace panoptic {
@@ -31,6 +32,8 @@ struct EncodedImage {
 [[noreturn]] void refuse_kind(const EncodedImage& file, std::string_view kind);
 [[noreturn]] void refuse_channels(const EncodedImage& file, int channels, int bits);
 [[noreturn]] void refuse_no_floats(const EncodedImage& file);
+// Throws Error: the file is sound, but no depth image.
+[[noreturn]] void refuse_depth(const EncodedImage& file, std::string_view kind);
 
 // Makes room for the pixels. Throws Error if they are too many: the size that a codec states is checked again.
 template <typename T>
@@ -54,6 +57,9 @@ Image<std::uint16_t> decode_jpeg_gray16(const EncodedImage& file);
 Image<Rgb> decode_tiff_rgb(const EncodedImage& file);
 Image<std::uint16_t> decode_tiff_gray16(const EncodedImage& file);
 Image<float> decode_tiff_float(const EncodedImage& file);
+DepthImage decode_tiff_depth(const EncodedImage& file);
+DepthImage decode_npy(const EncodedImage& file);  // these two check all sizes themselves
+DepthImage decode_exr(const EncodedImage& file);
 Image<Rgb> decode_pnm_rgb(const EncodedImage& file);
 Image<std::uint16_t> decode_pnm_gray16(const EncodedImage& file);
 

@@ -156,9 +156,24 @@ ImageFormat image_format(std::span<const std::uint8_t> bytes) {
   if (starts_with(bytes, "\x89PNG")) return ImageFormat::kPng;
   if (starts_with(bytes, "\xFF\xD8")) return ImageFormat::kJpeg;
   if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv)) return ImageFormat::kTiff;
+  if (starts_with(bytes, "\x93NUMPY")) return ImageFormat::kNpy;
+  if (starts_with(bytes, "\x76\x2F\x31\x01")) return ImageFormat::kExr;
   const auto is_pnm = [&](std::string_view magic) { return starts_with(bytes, magic); };
   constexpr std::array<std::string_view, 4> kPnm = {"P2", "P3", "P5", "P6"};
   return std::any_of(kPnm.begin(), kPnm.end(), is_pnm) ? ImageFormat::kPnm : ImageFormat::kOther;
+}
+
+SampleKind sample_kind(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kBitsAt = 24;  // in a PNG, and after them the kind of colour
+  constexpr std::array<int, 7> kPngChannels = {1, 0, 3, 3, 2, 0, 4};
+  const ImageFormat format = image_format(bytes);
+  if (format == ImageFormat::kPng && bytes.size() > kBitsAt + 1 && bytes[kBitsAt + 1] < kPngChannels.size())
+    return {kPngChannels.at(bytes[kBitsAt + 1]), bytes[kBitsAt]};
+  if (format != ImageFormat::kPnm) return {};
+  std::optional<std::uint32_t> largest;
+  std::size_t at = 2;
+  for (int i = 0; i < 3; ++i) largest = next_pnm_number(bytes, at);  // width, height, largest sample
+  return {bytes[1] == '3' || bytes[1] == '6' ? 3 : 1, largest.value_or(0) > 255 ? 16 : 8};
 }
 
 bool is_acceptable_image(std::span<const std::uint8_t> bytes, std::size_t max_pixels) {
