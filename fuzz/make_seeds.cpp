@@ -115,6 +115,28 @@ void image_seeds(Seeds& seeds, const Scratch& scratch) {
   seeds.put("image", "float.tiff", tiff);
 }
 
+void depth_seeds(Seeds& seeds) {
+  std::string npy = "\x93NUMPY\1\0\x46\0{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2), }"s;
+  npy.resize(79, ' ');
+  seeds.put("image", "depth.npy", npy + "\n\0\0\200\77\0\0\0\100"s);
+  const std::string window = "\0\0\0\0\0\0\0\0\1\0\0\0\0\0\0\0"s;  // 2 x 1 pixels
+  const auto attribute = [](const char* name, const char* type, const std::string& value) {
+    std::string bytes = name + "\0"s + type + "\0"s;
+    bytes += static_cast<char>(value.size());
+    return bytes + "\0\0\0"s + value;
+  };
+  std::string exr = "\x76\x2F\x31\1\2\0\0\0"s;
+  exr += attribute("channels", "chlist", "Z\0\2\0\0\0\0\0\0\0\1\0\0\0\1\0\0\0\0"s);
+  exr += attribute("compression", "compression", "\0"s) + attribute("dataWindow", "box2i", window);
+  exr += attribute("displayWindow", "box2i", window) + attribute("lineOrder", "lineOrder", "\0"s);
+  exr += attribute("pixelAspectRatio", "float", "\0\0\200\77"s) + attribute("screenWindowCenter", "v2f", std::string(8, '\0'));
+  exr += attribute("screenWindowWidth", "float", "\0\0\200\77"s) + "\0"s;
+  const std::size_t offset = exr.size() + 8;  // of the only line
+  exr += std::string{static_cast<char>(offset), static_cast<char>(offset >> 8)} + std::string(6, '\0') +
+         "\0\0\0\0\10\0\0\0\0\0\200\77\0\0\0\100"s;
+  seeds.put("image", "depth.exr", exr);
+}
+
 void mesh_seeds(Seeds& seeds, const Scratch& scratch) {
   Mesh mesh;
   for (int i = 0; i < 4; ++i) {
@@ -196,6 +218,13 @@ void recording_seeds(Seeds& seeds) {
              R"({"camera": {"w": 8, "h": 6, "fx": 7, "fy": 7, "cx": 3.5, "cy": 2.5, "scale": 6553.5}})"},
             5);
   seeds.put("recording", "plain", {"7 0 3.5\n0 7 2.5\n0 0 1\n", line(pose_text()) + line(pose_text())}, 6);
+  seeds.put("recording", "named", {"7 7 3.5 2.5\n", "0.png 1 2 3 0 0 0 1\n1.png 1 2 4 0 0.6 0 0.8\n"}, 6);
+  seeds.put("recording", "decimal_commas", {"[[7 0 3,5]\n[0 7 2,5]\n[0 0 1]]\n", "1,5 2 3 0 0,6 0 0,8\n1 2 4 0 0,6 0 0,8\n"}, 6);
+  const std::string camera = R"({"width": 8, "height": 6, "intrinsic_matrix": [7, 0, 0, 0, 7, 0, 3.5, 2.5, 1]})";
+  seeds.put("recording", "open3d", {camera, "0 0 2\n" + pose_text() + "1 1 2\n" + pose_text()}, 7);
+  const std::string three_rows = "1 0 0 0.5\n0 1 0 -1.5\n0 0 1 2\n";
+  seeds.put("recording", "sun3d", {"7 0 3.5\n0 7 2.5\n0 0 1\n", three_rows + three_rows}, 8);
+  seeds.put("recording", "flat", {intrinsic, pose_text(), pose_text()}, 9);
 }
 
 void toml_seeds(Seeds& seeds) {
@@ -314,6 +343,7 @@ std::size_t make_seeds(const fs::path& folder) {
   const Scratch scratch("seeds");
   sens_seeds(seeds, scratch);
   image_seeds(seeds, scratch);
+  depth_seeds(seeds);
   mesh_seeds(seeds, scratch);
   prediction_seeds(seeds, scratch);
   recording_seeds(seeds);

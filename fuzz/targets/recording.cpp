@@ -40,7 +40,10 @@ const std::vector<Layout>& layouts() {
        {"results/frame000000.png", "results/frame000001.png"},
        {"results/depth000000.png", "results/depth000001.png"},
        {"traj.txt", "cam_params.json"}},
-      {"plain", {"images/0.png", "images/1.png"}, {"depth/0.png", "depth/1.png"}, {"K.txt", "poses.txt"}}};
+      {"plain", {"images/0.png", "images/1.png"}, {"depth/0.png", "depth/1.png"}, {"K.txt", "poses.txt"}},
+      {"open3d", {"color/0.png", "color/1.png"}, {"depth/0.png", "depth/1.png"}, {"camera_intrinsic.json", "trajectory.log"}},
+      {"sun3d", {"image/1-0.png", "image/2-9.png"}, {"depth/1-1.png", "depth/2-8.png"}, {"intrinsics.txt", "extrinsics/1.txt"}},
+      {"flat", {"0-color.png", "1-color.png"}, {"0-depth.png", "1-depth.png"}, {"intrinsic.txt", "0-pose.txt", "1-pose.txt"}}};
   return kLayouts;
 }
 

@@ -29,6 +29,14 @@ struct ReadResult {
   SkippedFrame skipped;  // meaningful when there is no frame
 };
 
+// The statements of a recording about itself, beside its frames, for those who check it (panoptic doctor, and every run). A line
+// each.
+struct RecordingNotes {
+  std::vector<std::string> assumed;   // what no file says and was taken for granted
+  std::vector<std::string> left_out;  // files that no frame was made of
+  double depth_scale = 0;             // raw reading / depth_scale = metres; 0: not known
+};
+
 class FrameIterator;
 
 class Dataset {
@@ -48,12 +56,14 @@ class Dataset {
   // pose, unreadable image): says why instead. May be called from several threads at once.
   virtual ReadResult read(std::size_t position) const = 0;
 
+  virtual RecordingNotes notes() const { return {}; }
+
   // Every usable frame in order, decoded ahead on another thread: for (const Frame& frame : dataset).
   FrameIterator begin() const;
   std::default_sentinel_t end() const { return {}; }
 };
 
-// Recognises the format (ScanNet .sens and exports, 7-Scenes / 3DMatch, TUM RGB-D, Replica, plain folder) and opens it.
+// Recognises the format (those of docs/datasets.md: ScanNet, 7-Scenes, TUM RGB-D, Replica ... plain folders) and opens it.
 // A calibration TOML, if given, overrides intrinsics, depth scale and the colour camera: see docs/datasets.md.
 // Throws Error if nothing is recognised or the recording is unusable as a whole, and for "sim:...", which open_dataset opens
 // (simulation.h).

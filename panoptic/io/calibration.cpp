@@ -109,7 +109,8 @@ void read_calibration(const std::filesystem::path& path, Calibration& calibratio
   Fields fields;
   append_group(fields, "depth", camera_fields(depth));
   append_group(fields, "color", camera_fields(color));
-  fields.push_back({"depth.scale", &result.depth_scale, "raw value / scale = metres", in_range(kMinScale, kMaxScale)});
+  double scale = std::numeric_limits<double>::quiet_NaN();
+  fields.push_back({"depth.scale", &scale, "raw value / scale = metres", in_range(kMinScale, kMaxScale)});
   fields.push_back({"depth.invalid", &result.invalid, "raw values that are no reading, besides 0", {}});
   fields.push_back({"color_from_depth.rotation", &rotation, "9 numbers, row by row", {}});
   fields.push_back({"color_from_depth.translation", &translation, "3 numbers, metres", {}});
@@ -118,6 +119,8 @@ void read_calibration(const std::filesystem::path& path, Calibration& calibratio
   result.depth = merged(depth, calibration.depth, "depth", path.string());
   color = merged(color, color_before, "color", path.string());
   if (known(color)) result.color = color;
+  if (!std::isnan(scale)) result.depth_scale = scale;
+  result.scale_is_assumed = result.scale_is_assumed && std::isnan(scale);
   result.color_from_depth = pose_of(rotation, translation, path.string());
   calibration = result;
 }

@@ -28,6 +28,10 @@ struct Calibration {
   Pose posed_from_depth = Pose::Identity();  // the same in the frame that the recording's poses are of; not overridden
   double depth_scale = 1000;                 // raw value / depth_scale = metres
   std::vector<double> invalid = {65535};     // raw values that are no reading; 0 never is one
+  // Taken for granted: neither the recording nor a calibration file says so.
+  bool camera_is_assumed = false;
+  bool scale_is_assumed = false;
+  bool color_is_assumed = false;  // that it is registered to depth
 };
 
 // Overrides what the file gives and keeps the rest. Throws Error naming file and line for unknown keys, wrong types, values

@@ -9,6 +9,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
+#include "panoptic/io/image_names.h"
 #include "panoptic/io/sens.h"
 
 namespace panoptic {
@@ -22,13 +23,16 @@ struct FolderFormat {
 };
 
 // Formats in the order in which they are tried: the more telling layouts first.
-constexpr std::array<FolderFormat, 6> kFolderFormats = {{
+constexpr std::array<FolderFormat, 8> kFolderFormats = {{
     {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
     {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
     {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
     {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", recognise_tum},
     {"Replica (traj.txt, results/)", recognise_replica},
-    {"plain folder (images/, depth/, poses.txt or poses/, K.txt)", recognise_plain_folder},
+    {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", recognise_sun3d},
+    {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF",
+     recognise_plain_folder},
+    {"flat folder (00000.jpg, 00000.png, 00000.txt, intrinsic.txt)", recognise_flat_folder},
 }};
 
 fs::path without_trailing_slash(const fs::path& path) {
@@ -38,16 +42,18 @@ fs::path without_trailing_slash(const fs::path& path) {
 
 // The file itself, or the only one in the folder.
 std::optional<fs::path> find_sens_file(const fs::path& path) {
-  if (is_file(path)) return path.extension() == ".sens" ? std::optional(path) : std::nullopt;
+  if (is_file(path)) return ending_of(path) == ".sens" ? std::optional(path) : std::nullopt;
   std::vector<fs::path> files;
   for (const std::string& name : names_in_folder(path)) {
-    if (fs::path(name).extension() == ".sens") files.push_back(path / name);
+    if (ending_of(name) == ".sens" && !name.starts_with('.')) files.push_back(path / name);
   }
   if (files.size() > 1) throw Error(fmt::format("{}: holds {} .sens files; name one of them", path.string(), files.size()));
   return files.empty() ? std::nullopt : std::optional(files.front());
 }
 
 [[noreturn]] void not_recognised(const fs::path& path) {
+  const std::string why = why_no_recording(path);
+  if (!why.empty()) throw Error(fmt::format("{}: no recording of a known format; {}", path.string(), why));
   std::string formats = "a .sens file";
   for (const FolderFormat& format : kFolderFormats) formats += fmt::format("; {}", format.looked_for);
   throw Error(fmt::format("{}: no recording of a known format; looked for {}", path.string(), formats));

@@ -4,13 +4,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
 #include <functional>
 #include <utility>
+#include <variant>
 
+#include "panoptic/base/depth_image.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_frame.h"
+#include "panoptic/io/pose_list.h"
 
 namespace panoptic {
 namespace {
@@ -31,17 +36,22 @@ auto read_image(const FileRecording& recording, const std::string& file, std::st
     return read(path);
   } catch (const FileError& e) {
     throw Unusable{fmt::format("{} image unreadable: {}", what, e.what())};
-  } catch (const Error&) {
-    throw Unusable{fmt::format("{} image unreadable: {}", what, file)};
+  } catch (const Error& e) {
+    throw Unusable{fmt::format("{} image unreadable: {}", what, e.what())};
   }
 }
 
+DepthImage read_raw_depth(const FileRecording& recording, const FileFrame& frame) {
+  return read_image(recording, frame.depth, "depth", [](const std::filesystem::path& path) { return read_depth_image(path); });
+}
+
 Image<float> read_depth(const FileRecording& recording, const FileFrame& frame) {
-  return read_image(recording, frame.depth, "depth", [&](const std::filesystem::path& path) {
-    const bool is_float = path.extension() == ".tiff" || path.extension() == ".tif";
-    return is_float ? to_metres(read_gray_float(path), recording.calibration)
-                    : to_metres(read_gray16(path), recording.calibration);
-  });
+  DepthImage depth = read_raw_depth(recording, frame);
+  if (auto* floats = std::get_if<Image<float>>(&depth)) return to_metres(std::move(*floats), recording.calibration);
+  auto& whole = std::get<Image<std::uint16_t>>(depth);
+  std::transform(whole.data(), whole.data() + whole.size(), whole.data(),
+                 [&](std::uint16_t value) { return std::rotr(value, recording.depth_bits_turned); });
+  return to_metres(whole, recording.calibration);
 }
 
 Image<Rgb> read_color(const FileRecording& recording, const FileFrame& frame) {
@@ -54,22 +64,27 @@ Eigen::Matrix4d read_pose(const FileRecording& recording, const FileFrame& frame
   if (frame.pose_file.empty()) throw Unusable{"pose missing"};
   try {
     if (!is_there(path)) throw Unusable{"pose missing"};
-    if (const auto matrix = to_matrix(read_numbers(path))) return *matrix;
+    if (const auto matrix = to_pose(read_numbers(path))) return *matrix;
   } catch (const FileError& e) {
     throw Unusable{fmt::format("pose unreadable: {}", e.what())};
   } catch (const Error&) {  // the same to the user as a wrong count of numbers
   }
-  throw Unusable{fmt::format("pose unreadable: {} is not a 4x4 matrix", frame.pose_file)};
+  throw Unusable{
+      fmt::format("pose unreadable: {} is no pose: neither a 4x4 or 3x4 matrix nor position and quaternion", frame.pose_file)};
 }
 
-// The size of the first readable image of one kind.
+ImageSize size_of(const Image<Rgb>& image) { return {image.width(), image.height()}; }
+ImageSize size_of(const DepthImage& depth) {
+  return std::visit([](const auto& image) { return ImageSize{image.width(), image.height()}; }, depth);
+}
+
+// The first readable image of one kind.
 template <typename Read>
-ImageSize first_size(const FileRecording& recording, const Read& read) {
+auto first_image(const FileRecording& recording, const Read& read) {
   std::string first_reason = "there are no frames";
   for (const FileFrame& frame : recording.frames) {
     try {
-      const auto image = read(recording, frame);
-      return {image.width(), image.height()};
+      return read(recording, frame);
     } catch (const Unusable& e) {
       if (&frame == &recording.frames.front()) first_reason = e.reason;
     }
@@ -98,9 +113,11 @@ std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& d
 }
 
 FileDataset::FileDataset(FileRecording recording) : recording_(std::move(recording)) {
-  const ImageSize depth = first_size(recording_, read_depth);
-  const ImageSize color = first_size(recording_, read_color);
-  recording_.calibration = fitted(recording_.calibration, depth, color, recording_.root.string());
+  const DepthImage depth = first_image(recording_, read_raw_depth);
+  const ImageSize color = size_of(first_image(recording_, read_color));
+  Calibration& calibration = recording_.calibration;
+  if (calibration.scale_is_assumed && std::holds_alternative<Image<float>>(depth)) calibration.depth_scale = 1;  // metres
+  calibration = fitted(calibration, size_of(depth), color, recording_.root.string());
 }
 
 std::string FileDataset::description() const {
@@ -108,6 +125,16 @@ std::string FileDataset::description() const {
   const Camera& color = *recording_.calibration.color;
   return fmt::format("{}, {} frames, depth {}x{}, colour {}x{}", recording_.format, size(), depth.width, depth.height,
                      color.width, color.height);
+}
+
+RecordingNotes FileDataset::notes() const {
+  const Calibration& c = recording_.calibration;
+  RecordingNotes notes{recording_.assumed, {}, c.depth_scale};
+  constexpr const char* kRemedy = "; --calibration FILE.toml gives others";
+  if (c.scale_is_assumed) {
+    notes.assumed.push_back(fmt::format("{:g} raw depth units a metre, since no file says so{}", c.depth_scale, kRemedy));
+  }
+  return notes;
 }
 
 ReadResult FileDataset::read(std::size_t position) const {

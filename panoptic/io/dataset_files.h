@@ -32,6 +32,8 @@ struct FileRecording {
   std::filesystem::path root;
   std::vector<FileFrame> frames;
   Calibration calibration;
+  std::vector<std::string> assumed = {};  // RecordingNotes
+  int depth_bits_turned = 0;              // whole readings are stored with their bits turned to the left by so many
 };
 
 // One position for every number that has a colour or a depth image, in numeric order. Frames are taken to be 1/30 s apart.
@@ -46,6 +48,7 @@ class FileDataset : public Dataset {
   std::string description() const override;
   std::size_t size() const override { return recording_.frames.size(); }
   ReadResult read(std::size_t position) const override;
+  RecordingNotes notes() const override;
 
  private:
   FileRecording recording_;  // its calibration is fitted to the image sizes

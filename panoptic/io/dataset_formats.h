@@ -17,6 +17,16 @@ std::optional<FileRecording> recognise_scannet_cpp_export(const std::filesystem:
 std::optional<FileRecording> recognise_seven_scenes(const std::filesystem::path& folder);        // also 3DMatch
 std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder);                 // also ICL-NUIM
 std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);             // NICE-SLAM layout
-std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder);
+std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder);
+std::optional<FileRecording> recognise_plain_folder(
+    const std::filesystem::path& folder);  // also Open3D's recorder, Semantic-NeRF
+std::optional<FileRecording> recognise_flat_folder(const std::filesystem::path& folder);
+
+// The list of poses of a plain or flat folder, under one of its usual names, relative to the folder.
+std::optional<std::string> pose_file_in(const std::filesystem::path& folder);
+
+// The format that a folder (or a file) of no known one is nearest to and what it lacks, in a few words; nothing if it is like
+// none.
+std::string why_no_recording(const std::filesystem::path& path);
 
 }  // namespace panoptic

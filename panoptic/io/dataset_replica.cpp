@@ -4,13 +4,16 @@
 // Replica as rendered for NICE-SLAM and its successors.
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
+#include "panoptic/io/image_names.h"
+#include "panoptic/io/pose_matching.h"
 
 namespace panoptic {
 namespace {
@@ -42,11 +45,32 @@ Calibration read_camera_parameters(const fs::path& path) {
   return calibration;
 }
 
+std::vector<std::string> named(const std::vector<std::string>& files, std::string_view prefix) {
+  std::vector<std::string> result;
+  std::copy_if(files.begin(), files.end(), std::back_inserter(result),
+               [&](const std::string& file) { return lower_case(fs::path(file).filename().string()).starts_with(prefix); });
+  return result;
+}
+
+// Where there are as many lines as frames they belong together in order; else line i belongs to the frame with number i.
+void give_lines(FileRecording& recording, const fs::path& trajectory) {
+  const PoseList list = read_pose_list(trajectory);
+  const std::int64_t first = recording.frames.empty() ? 0 : recording.frames.front().number;
+  if (list.key != PoseKey::kNone || list.poses.size() == recording.frames.size()) {
+    give_poses(recording, list, trajectory);
+    if (first == 0) return;
+    recording.assumed.push_back(fmt::format("images are numbered from {}; line 1 of traj.txt is taken for the first", first));
+    return;
+  }
+  for (FileFrame& frame : recording.frames) {
+    const auto line = static_cast<std::uint64_t>(frame.number);
+    if (line < list.poses.size()) frame.pose = list.poses[line].matrix;
+  }
+}
+
 }  // namespace
 
 std::optional<FileRecording> recognise_replica(const fs::path& folder) {
-  constexpr std::array<std::string_view, 2> kColor = {".jpg", ".png"};
-  constexpr std::array<std::string_view, 1> kDepth = {".png"};
   if (!is_there(folder / "traj.txt") || !is_folder(folder / "results")) return std::nullopt;
   FileRecording recording{"Replica", folder, {}, {}};
   constexpr double kReplicaScale = 6553.5;
@@ -56,12 +80,10 @@ std::optional<FileRecording> recognise_replica(const fs::path& folder) {
     recording.calibration = read_camera_parameters(place / "cam_params.json");
     break;
   }
-  recording.frames =
-      joined(numbered_files(folder, "results", "frame", kColor), numbered_files(folder, "results", "depth", kDepth), {});
-  const std::vector<Eigen::Matrix4d> poses = read_matrix_lines(folder / "traj.txt");
-  for (FileFrame& frame : recording.frames) {  // line i belongs to the frame with number i
-    if (static_cast<std::uint64_t>(frame.number) < poses.size()) frame.pose = poses[static_cast<std::size_t>(frame.number)];
-  }
+  add_frames_by_name(recording, {named(files_in(folder, "results", kColorEndings), "frame"),
+                                 named(files_in(folder, "results", kDepthEndings), "depth"),
+                                 {}});
+  give_lines(recording, folder / "traj.txt");
   return recording;
 }
 

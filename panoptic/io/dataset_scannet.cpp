@@ -11,17 +11,15 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
+#include "panoptic/io/camera_file.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/dataset_frame.h"
+#include "panoptic/io/image_names.h"
 
 namespace panoptic {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array<std::string_view, 2> kColorSuffixes = {".jpg", ".png"};
-constexpr std::array<std::string_view, 1> kDepthSuffixes = {".png"};
-constexpr std::array<std::string_view, 1> kPoseSuffixes = {".txt"};
 
 // The exporter can shrink the images while the intrinsic files keep the values of the sensor's size, which is written nowhere.
 // The principal point lies near the middle of the image that it belongs to: that tells which of the sensor sizes it is.
@@ -50,25 +48,35 @@ void place_cameras(Calibration& calibration, const Pose& common_from_color, cons
   calibration.color_from_depth = common_from_color.inverse() * common_from_depth;
 }
 
+// intrinsic/intrinsic_depth.txt of the exporter, intrinsics_depth.txt of the subset of 25,000 frames.
+std::optional<fs::path> intrinsic_file(const fs::path& root, const char* kind) {
+  for (const char* form : {"intrinsic/intrinsic_{}.txt", "intrinsics_{}.txt", "intrinsic_{}.txt"}) {
+    const fs::path path = root / fmt::format(fmt::runtime(form), kind);
+    if (is_there(path)) return path;
+  }
+  return std::nullopt;
+}
+
+Camera sensor_camera(const fs::path& path) {
+  Camera camera = read_camera_matrix(path);
+  name_sensor_size(camera);
+  return camera;
+}
+
 Calibration python_calibration(const fs::path& root) {
   Calibration calibration;
-  const fs::path folder = root / "intrinsic";
-  if (is_there(folder / "intrinsic_depth.txt")) {
-    calibration.depth = read_camera_matrix(folder / "intrinsic_depth.txt");
-    name_sensor_size(calibration.depth);
-    if (is_there(folder / "intrinsic_color.txt")) {
-      calibration.color = read_camera_matrix(folder / "intrinsic_color.txt");
-      name_sensor_size(*calibration.color);
-    }
-    const auto extrinsic = [&](const char* name) {
-      const fs::path path = folder / name;
-      return is_there(path) ? to_extrinsic(read_numbers(path), path.string()) : Pose::Identity();
-    };
-    place_cameras(calibration, extrinsic("extrinsic_color.txt"), extrinsic("extrinsic_depth.txt"));
-  } else if (is_there(root / "intrinsic.txt")) {
-    calibration.depth = read_camera_matrix(root / "intrinsic.txt");
-    name_sensor_size(calibration.depth);
+  const auto depth = intrinsic_file(root, "depth");
+  if (!depth) {
+    if (is_there(root / "intrinsic.txt")) calibration.depth = sensor_camera(root / "intrinsic.txt");
+    return calibration;
   }
+  calibration.depth = sensor_camera(*depth);
+  if (const auto color = intrinsic_file(root, "color")) calibration.color = sensor_camera(*color);
+  const auto extrinsic = [&](const char* name) {
+    const fs::path path = root / "intrinsic" / name;
+    return is_there(path) ? to_extrinsic(read_numbers(path), path.string()) : Pose::Identity();
+  };
+  place_cameras(calibration, extrinsic("extrinsic_color.txt"), extrinsic("extrinsic_depth.txt"));
   return calibration;
 }
 
@@ -137,12 +145,12 @@ class InfoFile {
 std::optional<FileRecording> recognise_scannet_export(const fs::path& folder) {
   const fs::path root = is_folder(folder / "frames" / "color") ? folder / "frames" : folder;
   const std::string poses = is_folder(root / "pose") ? "pose" : "poses";
-  const bool ours =
-      is_folder(root / "color") && is_folder(root / "depth") && is_folder(root / poses) && !is_there(root / "K.txt");
-  if (!ours) return std::nullopt;
+  if (!is_folder(root / "color") || !is_folder(root / "depth") || !is_folder(root / poses)) return std::nullopt;
+  const bool has_own = intrinsic_file(root, "depth") || is_there(root / "intrinsic.txt");
+  if (!has_own && camera_file_in(root)) return std::nullopt;  // somebody else's
   FileRecording recording{"ScanNet export", root, {}, python_calibration(root)};
-  recording.frames = joined(numbered_files(root, "color", "", kColorSuffixes), numbered_files(root, "depth", "", kDepthSuffixes),
-                            numbered_files(root, poses, "", kPoseSuffixes));
+  add_frames_by_name(recording, {files_in(root, "color", kColorEndings), files_in(root, "depth", kDepthEndings),
+                                 files_in(root, poses, kPoseEndings)});
   return recording;
 }
 

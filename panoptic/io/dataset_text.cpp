@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::string_view kSeparators = " \t\r,";
 
-std::vector<std::string_view> split(std::string_view line) {
+std::vector<std::string_view> split(std::string_view line, std::string_view separators) {
   std::vector<std::string_view> words;
-  std::size_t begin = line.find_first_not_of(kSeparators);
+  std::size_t begin = line.find_first_not_of(separators);
   while (begin != std::string_view::npos) {
-    const std::size_t end = std::min(line.find_first_of(kSeparators, begin), line.size());
+    const std::size_t end = std::min(line.find_first_of(separators, begin), line.size());
     words.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(kSeparators, end);
+    begin = line.find_first_not_of(separators, end);
   }
   return words;
 }
@@ -41,15 +41,26 @@ std::optional<std::int64_t> number_in(std::string_view name, std::string_view pr
 
 }  // namespace
 
-void for_each_line(const std::filesystem::path& path, const LineCallback& callback) {
-  const std::string text = read_file(path);
+void for_each_line_of(std::string_view text, std::string_view separators, const LineCallback& callback) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   std::size_t begin = 0;
   for (std::size_t line = 1; begin < text.size(); ++line) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::vector<std::string_view> words = split(std::string_view(text).substr(begin, end - begin));
+    const std::vector<std::string_view> words = split(text.substr(begin, end - begin), separators);
     if (!words.empty() && !words.front().starts_with('#')) callback(line, words);
     begin = end + 1;
   }
+}
+
+void for_each_line(const std::filesystem::path& path, const LineCallback& callback) {
+  for_each_line_of(read_file(path), kSeparators, callback);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return lower;
 }
 
 std::optional<double> to_number(std::string_view word) {
@@ -77,7 +88,7 @@ std::vector<double> to_numbers(std::span<const std::string_view> words, const st
 
 std::vector<double> read_numbers(const std::filesystem::path& path) {
   std::vector<double> numbers;
-  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_line_of(read_file(path), kMatrixSeparators, [&](std::size_t line, std::span<const std::string_view> words) {
     const std::vector<double> row = to_numbers(words, path, line);
     numbers.insert(numbers.end(), row.begin(), row.end());
   });
@@ -105,18 +116,26 @@ std::vector<Eigen::Matrix4d> read_matrix_lines(const std::filesystem::path& path
   return poses;
 }
 
-Camera to_camera(std::span<const double> matrix, const std::string& source) {
+Camera to_camera(std::span<const double> numbers, const std::string& source) {
+  constexpr std::size_t kBare = 4;
   constexpr std::size_t kThreeByThree = 9;
-  const std::size_t columns = matrix.size() == kThreeByThree ? 3 : 4;
-  if (matrix.size() != kThreeByThree && !to_matrix(matrix)) {
-    throw Error(fmt::format("{}: {} numbers, expected a 3x3 or 4x4 intrinsic matrix", source, matrix.size()));
+  const std::size_t columns = numbers.size() == kThreeByThree ? 3 : 4;
+  if (numbers.size() != kBare && numbers.size() != kThreeByThree && !to_matrix(numbers)) {
+    throw Error(fmt::format("{}: {} numbers, expected fx fy cx cy or a 3x3 or 4x4 intrinsic matrix", source, numbers.size()));
   }
-  const Camera camera{0, 0, matrix[0], matrix[columns + 1], matrix[2], matrix[columns + 2]};
+  Camera camera;
+  if (numbers.size() == kBare) {
+    camera = {0, 0, numbers[0], numbers[1], numbers[2], numbers[3]};
+  } else {
+    const auto at = [&](std::size_t row, std::size_t column) { return numbers[row * columns + column]; };
+    const bool by_columns = at(0, 2) == 0 && at(1, 2) == 0 && at(2, 0) != 0 && at(2, 1) != 0;
+    camera = {0, 0, at(0, 0), at(1, 1), by_columns ? at(2, 0) : at(0, 2), by_columns ? at(2, 1) : at(1, 2)};
+    if (at(2, 2) != 1 || (!by_columns && (at(2, 0) != 0 || at(2, 1) != 0))) camera.fx = 0;
+  }
   const bool usable = std::isfinite(camera.fx) && std::isfinite(camera.fy) && std::isfinite(camera.cx) &&
                       std::isfinite(camera.cy) && camera.fx > 0 && camera.fy > 0;
   if (!usable) {
-    throw Error(fmt::format("{}: focal lengths {} and {} are not usable; expected [fx 0 cx; 0 fy cy; 0 0 1] in pixels", source,
-                            camera.fx, camera.fy));
+    throw Error(fmt::format("{}: no usable intrinsic matrix; expected [fx 0 cx; 0 fy cy; 0 0 1] in pixels", source));
   }
   return camera;
 }
@@ -128,7 +147,7 @@ NumberedFiles numbered_files(const std::filesystem::path& root, const std::strin
   NumberedFiles files;
   for (const std::string& name : names_in_folder(root / folder)) {
     for (const std::string_view suffix : suffixes) {
-      const std::optional<std::int64_t> number = number_in(name, prefix, suffix);
+      const std::optional<std::int64_t> number = number_in(lower_case(name), prefix, suffix);
       if (!number) continue;
       const std::string path = (std::filesystem::path(folder) / name).string();
       const auto [at, added] = files.emplace(*number, path);

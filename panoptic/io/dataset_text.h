@@ -19,9 +19,15 @@
 namespace panoptic {
 
 // Calls back for every line that holds words (separated by blanks, tabs or commas) with its number, counted from 1. Comments
-// (#) and blank lines are left out. Throws Error if the file cannot be read.
+// (#), blank lines and a byte order mark are left out. Throws Error if the file cannot be read.
 using LineCallback = std::function<void(std::size_t line, std::span<const std::string_view> words)>;
 void for_each_line(const std::filesystem::path& path, const LineCallback& callback);
+
+// The same for a text that was read already, and other separators.
+constexpr std::string_view kMatrixSeparators = " \t\r,;[](){}";  // also of matrices as numpy, Matlab and JSON print them
+void for_each_line_of(std::string_view text, std::string_view separators, const LineCallback& callback);
+
+std::string lower_case(std::string_view text);  // of ASCII letters; the rest stays
 
 // "1.5", "-inf", "nan"; nothing if the word is anything else.
 std::optional<double> to_number(std::string_view word);
@@ -29,7 +35,7 @@ std::optional<double> to_number(std::string_view word);
 // Throws Error with file and line if a word is no number.
 std::vector<double> to_numbers(std::span<const std::string_view> words, const std::filesystem::path& path, std::size_t line);
 
-// All numbers of a file. Throws Error if something in it is no number.
+// All numbers of a file, brackets around them or not. Throws Error if something in it is no number.
 std::vector<double> read_numbers(const std::filesystem::path& path);
 
 // 16 numbers row by row, or 12 (the last row is then 0 0 0 1); nothing for any other count.
@@ -38,14 +44,16 @@ std::optional<Eigen::Matrix4d> to_matrix(std::span<const double> numbers);
 // One matrix a line. Throws Error with file and line for anything else.
 std::vector<Eigen::Matrix4d> read_matrix_lines(const std::filesystem::path& path);
 
-// fx, fy, cx, cy from a 3x3, 3x4 or 4x4 matrix; the size stays 0. Throws Error, beginning with `source`, if they are not usable.
-Camera to_camera(std::span<const double> matrix, const std::string& source);
+// fx, fy, cx, cy from these four numbers or from a 3x3, 3x4 or 4x4 matrix, row by row or column by column (the zeros tell);
+// the size stays 0. Throws Error, beginning with `source`, if they are not usable.
+Camera to_camera(std::span<const double> numbers, const std::string& source);
 Camera read_camera_matrix(const std::filesystem::path& path);
 
 // Files of one kind by their number, in numeric order: number -> path relative to the recording.
 using NumberedFiles = std::map<std::int64_t, std::string>;
 
-// Names made of exactly prefix, digits and one of the suffixes: "frame-" 000012 ".color.png". Empty if the folder is absent.
+// Names made of exactly prefix, digits and one of the suffixes, in any case: "frame-" 000012 ".color.png". Empty if the folder is
+// absent.
 NumberedFiles numbered_files(const std::filesystem::path& root, const std::string& folder, std::string_view prefix,
                              std::span<const std::string_view> suffixes);
 

@@ -5,12 +5,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
+#include "panoptic/io/camera_file.h"
 #include "panoptic/io/dataset_formats.h"
+#include "panoptic/io/image_names.h"
+#include "panoptic/io/pose_list.h"
 
 namespace panoptic {
 namespace {
@@ -65,7 +69,7 @@ std::vector<StampedPose> read_poses(const fs::path& path) {
   constexpr std::size_t kColumns = 8;
   std::vector<StampedPose> poses;
   for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
-    if (words.size() != kColumns) {
+    if (words.size() != kColumns && words.size() != kColumns + 1) {  // RTAB-Map adds a number at the end
       throw Error(fmt::format("{}:{}: expected 'time tx ty tz qx qy qz qw', found {} words", path.string(), line, words.size()));
     }
     const double time_s = to_time(words[0], path, line);
@@ -110,18 +114,6 @@ std::vector<Pair> associate(const std::vector<StampedFile>& color, const std::ve
     if (!depth_used[d]) pairs.push_back({std::nullopt, d});
   }
   return pairs;
-}
-
-Eigen::Matrix4d to_matrix4(const Vec3d& position, const Eigen::Quaterniond& rotation) {
-  constexpr double kMaxNormError = 0.05;
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topRightCorner<3, 1>() = position;
-  const double norm = rotation.norm();
-  // An unusable quaternion gives a zero rotation, which the reader rejects with the reason that belongs to it.
-  if (std::abs(norm - 1) > kMaxNormError) matrix.topLeftCorner<3, 3>().setZero();
-  if (std::abs(norm - 1) <= kMaxNormError) matrix.topLeftCorner<3, 3>() = rotation.normalized().toRotationMatrix();
-  if (!std::isfinite(norm)) matrix(0, 0) = norm;
-  return matrix;
 }
 
 std::optional<Eigen::Matrix4d> pose_at(const std::vector<StampedPose>& poses, double time_s) {
@@ -208,9 +200,30 @@ void turn_y_round(std::vector<FileFrame>& frames) {
   }
 }
 
+// ICL-NUIM without a list: rgb/N.png and depth/N.png belong together.
+ImageLists list_numbered_folders(const fs::path& folder) {
+  FileRecording recording{"ICL-NUIM", folder, {}, {}};
+  add_frames_by_name(recording, {files_in(folder, "rgb", kColorEndings), files_in(folder, "depth", kDepthEndings), {}});
+  ImageLists lists;
+  for (const FileFrame& frame : recording.frames) {
+    if (frame.color.empty() || frame.depth.empty()) continue;
+    lists.pairs.push_back({lists.color.size(), lists.depth.size()});
+    lists.color.push_back({static_cast<double>(frame.number), frame.color});
+    lists.depth.push_back({static_cast<double>(frame.number), frame.depth});
+  }
+  return lists;
+}
+
+// The list of pairs, under the names that associate.py's users and ETH3D give it.
+std::optional<std::string> association_file(const fs::path& folder) {
+  constexpr std::array<std::string_view, 5> kNames = {"associations.txt", "associated.txt", "association.txt", "associate.txt",
+                                                      "assoc.txt"};
+  return first_named(folder, kNames);
+}
+
 std::optional<fs::path> icl_trajectory(const fs::path& folder) {
   for (const std::string& name : names_in_folder(folder)) {
-    if (name.ends_with(".gt.freiburg")) return folder / name;
+    if (name.ends_with(".gt.freiburg") && !name.starts_with('.')) return folder / name;
   }
   return std::nullopt;
 }
@@ -219,9 +232,10 @@ std::optional<fs::path> icl_trajectory(const fs::path& folder) {
 
 std::optional<FileRecording> recognise_tum(const fs::path& folder) {
   const bool separate = is_there(folder / "rgb.txt") && is_there(folder / "depth.txt");
-  const bool associated = !separate && is_there(folder / "associations.txt");
-  if (!separate && !associated) return std::nullopt;
+  const std::optional<std::string> associations = separate ? std::nullopt : association_file(folder);
   const std::optional<fs::path> icl = icl_trajectory(folder);
+  const bool in_folders = icl && is_folder(folder / "rgb") && is_folder(folder / "depth");
+  if (!separate && !associations && !in_folders) return std::nullopt;
   const fs::path trajectory = icl.value_or(folder / "groundtruth.txt");
   if (!is_there(trajectory)) {
     throw Error(
@@ -232,7 +246,13 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder) {
   FileRecording recording{icl ? "ICL-NUIM" : "TUM RGB-D", folder, {}, {}};
   recording.calibration.depth_scale = 5000;
   recording.calibration.depth = icl ? Camera{640, 480, 481.2, 480, 319.5, 239.5} : published_camera(folder.filename().string());
-  const ImageLists lists = separate ? read_separate_lists(folder) : read_associations(folder / "associations.txt");
+  if (!icl && is_there(folder / "calibration.txt")) {  // ETH3D's: fx fy cx cy; depth is registered to colour, without distortion
+    recording.format = "TUM RGB-D (ETH3D)";
+    recording.calibration.depth = read_camera_matrix(folder / "calibration.txt");
+  }
+  const ImageLists lists = separate       ? read_separate_lists(folder)
+                           : associations ? read_associations(folder / *associations)
+                                          : list_numbered_folders(folder);
   recording.frames = frames_of(lists, read_poses(trajectory));
   if (icl) turn_y_round(recording.frames);
   return recording;

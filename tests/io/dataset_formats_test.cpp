@@ -13,6 +13,7 @@ namespace panoptic::test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -201,9 +202,8 @@ TEST(Dataset, SkipsFramesWithAReasonAndCountsThemAsPositions) {
   EXPECT_EQ(read_first("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 -1.#INF"), "pose is not finite");
   EXPECT_EQ(read_first(matrix_text(stretched)), "pose is not a rigid transform");
   EXPECT_EQ(read_first(matrix_text(mirrored)), "pose is not a rigid transform");
-  EXPECT_EQ(read_first("1 2 3"), "pose unreadable: poses/3.txt is not a 4x4 matrix");
-  EXPECT_EQ(read_first(""), "pose unreadable: poses/3.txt is not a 4x4 matrix");
-  EXPECT_EQ(read_first("hello"), "pose unreadable: poses/3.txt is not a 4x4 matrix");
+  for (const char* text : {"1 2 3", "", "hello"})
+    EXPECT_THAT(read_first(text), StartsWith("pose unreadable: poses/3.txt is no pose"));
   EXPECT_EQ(reason(*open_recording(root), 1), "pose missing");
   EXPECT_EQ(read_first(matrix_text(pose_matrix(0))), "frame");
 }
@@ -218,7 +218,8 @@ TEST(Dataset, SkipsFramesWhoseImagesAreMissingCutOffOrOfAnotherSize) {
   ASSERT_EQ(dataset->size(), 4U);
   EXPECT_EQ(reason(*dataset, 0), "colour image missing");
   EXPECT_EQ(dataset->read(0).skipped.index, 0);
-  EXPECT_EQ(reason(*dataset, 1), "depth image unreadable: frame-000001.depth.png");
+  EXPECT_THAT(reason(*dataset, 1),
+              AllOf(StartsWith("depth image unreadable: "), HasSubstr("frame-000001.depth.png: not a readable image")));
   EXPECT_EQ(reason(*dataset, 2), "depth image is 16x12, expected 32x24");
   EXPECT_EQ(reason(*dataset, 3), "frame");
   EXPECT_EQ(dataset->read(2).skipped.index, 2);
