@@ -80,6 +80,8 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("--write-submission", a.submission,
                  "write the labels as the ScanNet server takes them, and the truth, to this folder");
   app.add_option("--category-map", a.category_map, "scannetv2-labels.combined.tsv; default: beside the scan, else NYU40's names");
+  app.add_option("--id-space", a.id_space,
+                 "how --pred numbers classes: nyu40 (default), scannet20 (1 to 20 in the benchmark's order), train (0 to 19)");
   app.add_option("--variant", a.variant, "panoptic quality: pq-scannet20 (default), seed, ndt, coco");
   add_threads(app, a);
   app.footer("Semantic IoU, instance AP, panoptic quality and surface distances; the rules are in docs/evaluation.md.");

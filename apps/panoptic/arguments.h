@@ -60,6 +60,7 @@ struct Arguments {
   std::string csv;
   std::string submission;
   std::string category_map;
+  std::string id_space = "nyu40";
   std::string variant = "pq-scannet20";
   // explain
   std::string explained;  // folder of a run

@@ -11,6 +11,7 @@
 #include "apps/panoptic/map_result.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
+#include "panoptic/eval/id_space.h"
 #include "panoptic/eval/labelled_vertices.h"
 #include "panoptic/eval/scores_text.h"
 #include "panoptic/eval/submission.h"
@@ -33,6 +34,7 @@ void evaluate_run(const Arguments& a, Evaluation& evaluation) {
   const bool is_file = is_map_file(a.evaluated);
   const LabelledMap map = is_file ? map_to_score(a.evaluated, warnings) : read_run_folder(a.evaluated, &warnings);
   const ScanTruth truth = read_scan_truth(a.truth, a.category_map, &warnings);
+  if (const std::string notice = place_notice(map, truth); !notice.empty()) warnings.push_back(notice);
   print_warnings(warnings);
   const LabelledVertices prediction = evaluation.add(map, truth);
   if (!a.submission.empty()) write_submission(a.submission, truth.scene, prediction, labels_of(truth));
@@ -43,18 +45,34 @@ SubmissionForm form_of(const std::string& name) {
   return name == "instance" ? SubmissionForm::kInstance : SubmissionForm::kPanoptic;
 }
 
+// The class of each vertex: of masks that overlap, that of the last.
+std::vector<ClassId> classes_of(const std::vector<InstanceMask>& masks, std::size_t vertices) {
+  std::vector<ClassId> classes(vertices);
+  for (const InstanceMask& mask : masks) {
+    for (const std::uint32_t v : mask.vertices) classes[v] = mask.class_id;
+  }
+  return classes;
+}
+
 void evaluate_scene(const Arguments& a, const std::string& scene, Evaluation& evaluation) {
   const SubmissionForm form = form_of(a.evaluated);
+  const IdSpace space = id_space_of(a.id_space);
   const fs::path folder = a.predictions;
   const VertexLabels truth = read_truth(a.truth, scene, form, a.category_map);
-  switch (form) {
-    case SubmissionForm::kSemantic:
-      return evaluation.add_semantic(scene, truth, read_semantic(folder / (scene + ".txt")));
-    case SubmissionForm::kInstance:
-      return evaluation.add_instances(scene, truth, read_instances(folder, scene, truth.class_id.size()));
-    case SubmissionForm::kPanoptic:
-      return evaluation.add_panoptic(scene, truth, read_panoptic(folder / (scene + ".txt")));
+  std::vector<ClassId> classes;
+  if (form == SubmissionForm::kSemantic) {
+    classes = read_semantic(folder / (scene + ".txt"), space);
+    evaluation.add_semantic(scene, truth, classes);
+  } else if (form == SubmissionForm::kInstance) {
+    const std::vector<InstanceMask> masks = read_instances(folder, scene, truth.class_id.size(), space);
+    evaluation.add_instances(scene, truth, masks);
+    classes = classes_of(masks, truth.class_id.size());
+  } else {
+    const VertexLabels prediction = read_panoptic(folder / (scene + ".txt"), space);
+    evaluation.add_panoptic(scene, truth, prediction);
+    classes = prediction.class_id;
   }
+  if (space == IdSpace::kNyu40) print_warnings(label_notices(scene, truth.class_id, classes));
 }
 
 // Tells of scenes without a prediction: as in the benchmark, only predicted scenes count.
@@ -74,6 +92,7 @@ Json settings_json(const Arguments& a) {
     json["confidence"] = "class probability * observations / (observations + 10)";
   } else {
     json["predictions"] = a.predictions;
+    json["id_space"] = a.id_space;
   }
   return json;
 }
@@ -85,6 +104,7 @@ int evaluate(const Arguments& a) {
   if (is_form && a.predictions.empty()) {
     throw UsageError(fmt::format("eval {0} needs --pred DIR; a run in a folder called '{0}' is ./{0}", a.evaluated));
   }
+  if (!is_form && a.id_space != "nyu40") throw UsageError("--id-space goes with --pred");
   if (!is_form && !a.predictions.empty()) throw UsageError("--pred goes with eval semantic, eval instance or eval panoptic");
   if (is_form && !a.submission.empty()) throw UsageError("--write-submission takes a run, not a submission");
   set_thread_count(a.threads);

@@ -62,11 +62,6 @@ void for_each_number(const fs::path& path, const Body& body) {
   });
 }
 
-ClassId to_class(std::int64_t value) {
-  const bool fits = value > 0 && value <= std::numeric_limits<std::uint16_t>::max();
-  return fits ? static_cast<ClassId>(value) : ClassId::kUnknown;
-}
-
 double to_finite(std::string_view word, const char* what, const std::string& where) {
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -168,23 +163,23 @@ std::vector<std::string> scenes_in(const fs::path& folder) {
   return scenes;
 }
 
-std::vector<ClassId> read_semantic(const fs::path& path) {
+std::vector<ClassId> read_semantic(const fs::path& path, IdSpace space) {
   std::vector<ClassId> classes;
-  for_each_number(path, [&](std::int64_t value) { classes.push_back(to_class(value)); });
+  for_each_number(path, [&](std::int64_t value) { classes.push_back(class_in(value, space)); });
   return classes;
 }
 
-VertexLabels read_panoptic(const fs::path& path) {
+VertexLabels read_panoptic(const fs::path& path, IdSpace space) {
   VertexLabels labels;
   for_each_number(path, [&](std::int64_t value) {
-    const ClassId class_id = to_class(value / kPerClass);
+    const ClassId class_id = class_in(value < 0 ? -1 : value / kPerClass, space);
     labels.class_id.push_back(class_id);
     labels.instance.push_back(class_id == ClassId::kUnknown ? 0 : static_cast<std::uint32_t>(value % kPerClass));
   });
   return labels;
 }
 
-std::vector<InstanceMask> read_instances(const fs::path& folder, const std::string& scene, std::size_t vertices) {
+std::vector<InstanceMask> read_instances(const fs::path& folder, const std::string& scene, std::size_t vertices, IdSpace space) {
   const fs::path path = folder / (scene + ".txt");
   const std::string text = read_file(path, kMaxTextBytes);
   std::vector<std::pair<fs::path, InstanceMask>> masks;
@@ -200,7 +195,7 @@ std::vector<InstanceMask> read_instances(const fs::path& folder, const std::stri
     InstanceMask mask;
     const double label = to_finite(words.substr(first + 1, second - first - 1), "label", where);
     const bool fits = std::abs(label) <= std::numeric_limits<std::uint16_t>::max();
-    mask.class_id = to_class(fits ? static_cast<std::int64_t>(label) : 0);
+    mask.class_id = class_in(fits ? static_cast<std::int64_t>(label) : -1, space);
     mask.confidence = to_finite(words.substr(second + 1), "confidence", where);
     const fs::path file = mask_path(folder, words.substr(0, first), where);
     const auto [at, added] = place.emplace(file, masks.size());

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/eval/id_space.h"
 #include "panoptic/evaluation.h"
 
 namespace panoptic {
@@ -24,13 +25,14 @@ enum class SubmissionForm { kSemantic, kInstance, kPanoptic };
 // semantic_instance_evaluation.txt) are no scenes. Throws if there is none.
 std::vector<std::string> scenes_in(const std::filesystem::path& folder);
 
-// Numbers outside the classes that can be are kUnknown.
-std::vector<ClassId> read_semantic(const std::filesystem::path& path);
-VertexLabels read_panoptic(const std::filesystem::path& path);
+// Numbers outside the classes that can be are kUnknown. `space`: how the classes are numbered.
+std::vector<ClassId> read_semantic(const std::filesystem::path& path, IdSpace space = IdSpace::kNyu40);
+VertexLabels read_panoptic(const std::filesystem::path& path, IdSpace space = IdSpace::kNyu40);
 
 // The masks of <scene>.txt. If two lines name one mask file, the later one counts, in the place of the first. Refuses paths
 // that are absolute or leave the folder, and masks that have not one number per vertex.
-std::vector<InstanceMask> read_instances(const std::filesystem::path& folder, const std::string& scene, std::size_t vertices);
+std::vector<InstanceMask> read_instances(const std::filesystem::path& folder, const std::string& scene, std::size_t vertices,
+                                         IdSpace space = IdSpace::kNyu40);
 
 // The truth of a scene: <scene>.txt in the folder, in the truth's form, or a ScanNet scan in folder/<scene>.
 VertexLabels read_truth(const std::filesystem::path& folder, const std::string& scene, SubmissionForm form,
