@@ -13,6 +13,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -32,6 +33,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 constexpr std::size_t kMaxBufferBytes = std::numeric_limits<std::uint32_t>::max() - (std::size_t{64} << 20);
 // 65535 would restart a primitive.
 constexpr std::size_t kMaxShortIndexVertices = 65535;
+
+constexpr const char* kRootName = "map";
 
 // The four buffer views, in this order in the one buffer. All vertices of a kind lie together, object after object.
 enum View : int { kPositions, kNormals, kColors, kIndices, kViewCount };
@@ -111,7 +114,7 @@ class Scene {
 
   void add(PanopticId id, const Part& part) {
     const ClassId class_id = class_of(id, part);
-    const std::string name = node_name(id, class_id, labels_);
+    const std::string name = unique(node_name(id, class_id, labels_));
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.attributes = {{"POSITION", add_positions(part)}, {"NORMAL", add_normals(part)}, {"_COLOR", add_colors(part)}};
@@ -153,6 +156,13 @@ class Scene {
       if (mesh_.vertices[v].panoptic_id == id) votes[mesh_.vertices[v].class_id]++;
     }
     return std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+  }
+
+  // Programs look nodes up by name: where class names make two equal, the later one gets a number.
+  std::string unique(const std::string& name) {
+    std::string candidate = name;
+    for (int i = 2; !names_.insert(candidate).second; ++i) candidate = fmt::format("{}_{}", name, i);
+    return candidate;
   }
 
   template <typename T>
@@ -234,7 +244,7 @@ class Scene {
   int add_root(const Vec3d& up, const std::vector<int>& children) {
     const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Vec3d::UnitY());
     tinygltf::Node root;
-    root.name = "map";
+    root.name = kRootName;
     root.children = children;
     root.rotation = {turn.x(), turn.y(), turn.z(), turn.w()};
     model_.nodes.push_back(root);
@@ -258,6 +268,7 @@ class Scene {
 
   const Mesh& mesh_;
   const LabelSet& labels_;
+  std::set<std::string> names_{kRootName};
   tinygltf::Model model_;
   std::array<std::vector<unsigned char>, kViewCount> bytes_;
 };

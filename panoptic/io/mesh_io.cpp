@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
@@ -36,11 +37,22 @@ constexpr std::array<std::string_view, 2> kOpening = {"ply", "format binary_litt
 constexpr std::string_view kVertexElement = "element vertex ";
 constexpr std::array<std::string_view, 10> kVertexProperties = {
     "property float x",  "property float y",   "property float z",     "property float nx",   "property float ny",
-    "property float nz", "property uchar red", "property uchar green", "property uchar blue", "property ushort class_id"};
-constexpr std::string_view kIdProperty = "property uint panoptic_id";
-constexpr std::string_view kShortIdProperty = "property ushort panoptic_id";  // before ids had 32 bits
+    "property float nz", "property uint8 red", "property uint8 green", "property uint8 blue", "property uint16 class_id"};
+constexpr std::string_view kIdProperty = "property uint32 panoptic_id";
+constexpr std::string_view kShortIdProperty = "property uint16 panoptic_id";  // before ids had 32 bits
 constexpr std::string_view kFaceElement = "element face ";
 constexpr std::array<std::string_view, 2> kClosing = {"property list uchar int vertex_indices", "end_header"};
+
+// The line with the type's name as this program writes it: PLY has two for each whole number, and earlier versions used the
+// other. meshio reads ushort not at all and uchar as signed, so the names with sizes are written.
+std::string with_sized_type(std::string_view line) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kNames = {
+      {{"property uchar ", "uint8"}, {"property ushort ", "uint16"}, {"property uint ", "uint32"}}};
+  for (const auto& [old, sized] : kNames) {
+    if (line.starts_with(old)) return fmt::format("property {} {}", sized, line.substr(old.size()));
+  }
+  return std::string(line);
+}
 
 std::string header_text(const Mesh& mesh) {
   std::string text;
@@ -130,11 +142,11 @@ class PlyReader {
   }
 
   void expect(std::string_view wanted) {
-    if (next_line() != wanted) fail(fmt::format("line {} is not '{}'", line_number_, wanted));
+    if (with_sized_type(next_line()) != wanted) fail(fmt::format("line {} is not '{}'", line_number_, wanted));
   }
 
   void expect_id() {
-    const std::string_view line = next_line();
+    const std::string line = with_sized_type(next_line());
     if (line == kShortIdProperty) {
       vertex_bytes_ = kShortIdVertexBytes;
     } else if (line != kIdProperty) {

@@ -7,15 +7,19 @@
 #include "panoptic/outputs.h"
 #include "panoptic/profile.h"
 #include "tests/apps/run_fixture.h"
+#include "tests/json_schema.h"
+#include "tests/places.h"
 
 namespace panoptic {
 namespace {
 
 using test::expect_one_line;
 using test::fresh_folder;
+using test::JsonSchema;
 using test::ProgramResult;
 using test::Run;
 using test::run_program;
+using test::source_folder;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -71,6 +75,21 @@ TEST_F(Run, TheBallIsOneChairInObjectsAndMesh) {
   const auto id = static_cast<PanopticId>(objects[0]["id"].get<int>());
   EXPECT_GT(std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [&](const MeshVertex& v) { return v.panoptic_id == id; }),
             500);
+}
+
+TEST_F(Run, ObjectsFitTheirSchema) {
+  const JsonSchema schema(read_json_file(source_folder() / "docs/objects.schema.json"));
+  ASSERT_EQ(run({"--predictions", write_predictions().string()}).exit_code, 0);
+  Json objects = read_json_file(out_ / "objects.json");
+  ASSERT_FALSE(objects["objects"].empty());
+  EXPECT_EQ(schema.complaint(objects), "");
+  objects["objects"][0]["centroid_m"] = {1, 2};
+  EXPECT_EQ(schema.complaint(objects), "$.objects[0].centroid_m has too few items");
+  objects["objects"][0].erase("centroid_m");
+  EXPECT_EQ(schema.complaint(objects), "$.objects[0] has no centroid_m");
+  objects["objects"][0]["centroid_m"] = {1, 2, 3};
+  objects["objects"][0]["colour"] = "red";
+  EXPECT_EQ(schema.complaint(objects), "$.objects[0].colour is not in the schema");
 }
 
 TEST_F(Run, WithPredictionsTheMapHashIsTheSameAtAnyThreadCount) {

@@ -105,6 +105,22 @@ TEST(Glb, OneNodePerObjectNamedByClassAndId) {
   EXPECT_EQ(glb.json["nodes"].size(), glb.json["scenes"][0]["nodes"].size());
 }
 
+TEST(Glb, NodeNamesAreUniqueEvenWhereClassNamesAreNot) {
+  Mesh mesh = test::room(0.5F);
+  const LabelSet labels(
+      "clash", {{ClassId{1}, "map", false, {}}, {ClassId{2}, "book shelf", false, {}}, {ClassId{3}, "book_shelf", false, {}}});
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    mesh.vertices[v].class_id = static_cast<ClassId>(1 + 3 * v / mesh.vertices.size());
+    mesh.vertices[v].panoptic_id = static_cast<PanopticId>(number(mesh.vertices[v].class_id));
+  }
+  const auto path = test::fresh_folder("glb_names") / "scene.glb";
+  write_glb(path, mesh, labels, Vec3d::UnitZ());
+  std::vector<std::string> names;
+  const Glb glb = parse(path);
+  for (const Json& node : glb.json["nodes"]) names.push_back(node["name"]);
+  EXPECT_THAT(names, UnorderedElementsAre("map", "map_2", "book_shelf", "book_shelf_2"));
+}
+
 TEST(Glb, MaterialsCarryTheObjectsColorInLinearLight) {
   const Glb glb = written("glb_materials", test::room(0.5F));
   const Json& material = glb.json["materials"][primitive_of(glb, "wall")["material"].get<std::size_t>()];
