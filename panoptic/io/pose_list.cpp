@@ -163,19 +163,18 @@ PoseList stacked_poses(const std::vector<PoseRow>& rows, const std::string& path
   return list;
 }
 
-// Decimal commas show by numbers that have one comma each and no point anywhere: then commas become points.
+// Decimal commas show by numbers that have one comma each, several on a line, and no point anywhere: then commas become points.
 void mend_decimal_commas(std::string& text) {
-  constexpr std::string_view kDigits = "0123456789";
   bool found = false;
   for_each_line_of(text, " \t\r;", [&](std::size_t, std::span<const std::string_view> words) {
-    for (const std::string_view word : words) {
+    const auto is_decimal = [](std::string_view word) {
       const std::size_t comma = word.find(',');
-      if (comma == std::string_view::npos) continue;
-      const bool between = comma > 0 && comma + 1 < word.size() && kDigits.find(word[comma - 1]) != std::string_view::npos &&
-                           kDigits.find(word[comma + 1]) != std::string_view::npos && word.find(',', comma + 1) == word.npos;
-      if (!between) return;
-    }
-    found = found || (words.size() > 1 && words.back().find(',') != std::string_view::npos);
+      return comma != std::string_view::npos && comma > 0 && comma + 1 < word.size() && word.find(',', comma + 1) == word.npos;
+    };
+    const bool has_list = std::any_of(words.begin(), words.end(), [&](std::string_view word) {
+      return word.find(',') != std::string_view::npos && !is_decimal(word);
+    });
+    found = found || (words.size() > 2 && !has_list && std::any_of(words.begin(), words.end(), is_decimal));
   });
   if (found && text.find('.') == std::string::npos) std::replace(text.begin(), text.end(), ',', '.');
 }
