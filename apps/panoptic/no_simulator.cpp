@@ -17,8 +17,9 @@ namespace {
 
 }  // namespace
 
-std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration) {
-  return open_recording(path_or_simulation, calibration);
+std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration,
+                                      std::optional<double> pair_tolerance_s) {
+  return open_recording(path_or_simulation, calibration, pair_tolerance_s);
 }
 
 int simulate(const Arguments& /*arguments*/) { needs_simulator("simulate"); }

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "panoptic/source.h"
@@ -13,7 +14,8 @@
 namespace panoptic {
 
 // A path opens a recording (source.h, open_recording); "sim:SEED" simulates a home (docs/simulator.md),
-// which takes no calibration. Throws Error.
-std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration = {});
+// which takes no calibration and has no images to pair. Throws Error.
+std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration = {},
+                                      std::optional<double> pair_tolerance_s = {});
 
 }  // namespace panoptic

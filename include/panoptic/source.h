@@ -56,6 +56,10 @@ class Dataset {
   // pose, unreadable image): says why instead. May be called from several threads at once.
   virtual ReadResult read(std::size_t position) const = 0;
 
+  // Frame::world_from_camera of a position without decoding its images; nothing if it cannot be used, or is not known so cheaply.
+  // May be called from several threads at once.
+  virtual std::optional<Pose> pose(std::size_t /*position*/) const { return std::nullopt; }
+
   virtual RecordingNotes notes() const { return {}; }
 
   // Every usable frame in order, decoded ahead on another thread: for (const Frame& frame : dataset).
@@ -64,10 +68,12 @@ class Dataset {
 };
 
 // Recognises the format (those of docs/datasets.md: ScanNet, 7-Scenes, TUM RGB-D, Replica ... plain folders) and opens it.
-// A calibration TOML, if given, overrides intrinsics, depth scale and the colour camera: see docs/datasets.md.
+// A calibration TOML, if given, overrides intrinsics, lens, depth scale and the colour camera: see docs/datasets.md.
+// `pair_tolerance_s`: how far the time stamps of a pair of images may differ where a format pairs them by time (TUM RGB-D).
 // Throws Error if nothing is recognised or the recording is unusable as a whole, and for "sim:...", which open_dataset opens
 // (simulation.h).
-std::unique_ptr<Dataset> open_recording(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
+std::unique_ptr<Dataset> open_recording(const std::filesystem::path& path, const std::filesystem::path& calibration = {},
+                                        std::optional<double> pair_tolerance_s = {});
 
 // Positions begin, begin + step, ... below end. "A:B:STEP", each part optional; B excluded; counts positions, not numbers in
 // file names.

@@ -36,28 +36,46 @@ Fields camera_fields(Camera& camera) {
 
 bool known(const Camera& camera) { return camera.fx > 0; }
 
-// The camera that a file is read into: NaN where the file has to give a number because the recording does not; no size, since
-// the size of other intrinsics says nothing about new ones.
-Camera blank(const Camera& camera) {
-  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-  return known(camera) ? Camera{0, 0, camera.fx, camera.fy, camera.cx, camera.cy}
-                       : Camera{0, 0, kMissing, kMissing, kMissing, kMissing};
+// A camera and its lens as a file gives them: NaN and nothing where it does not. The size of other intrinsics says nothing about
+// new ones, and neither does their lens.
+struct ReadCamera {
+  static constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  Camera camera{0, 0, kMissing, kMissing, kMissing, kMissing};
+  std::string model;
+  Distortion distortion;
+
+  bool has_lens() const { return !model.empty() || !distortion.empty(); }
+  bool has_camera() const {
+    return camera.width > 0 || camera.height > 0 || !std::isnan(camera.fx) || !std::isnan(camera.fy) || !std::isnan(camera.cx) ||
+           !std::isnan(camera.cy);
+  }
+};
+
+Fields read_fields(ReadCamera& read) {
+  Fields fields = camera_fields(read.camera);
+  fields.push_back({"distortion", &read.distortion, "of the lens: k1 k2 p1 p2, then k3, then k4 k5 k6", {}});
+  fields.push_back({"distortion_model", &read.model, "opencv (plumb_bob, radtan, rational_polynomial) or none", {}});
+  return fields;
 }
 
-// The camera after the file was read over blank(before).
+// The numbers that the file gives, and those known before where it gives none.
 Camera merged(Camera read, const Camera& before, std::string_view table, const std::string& path) {
   if ((read.width == 0) != (read.height == 0)) {
     throw Error(fmt::format("{}: [{}] has one of width and height: give both or neither", path, table));
   }
-  const std::array<double, 4> numbers = {read.fx, read.fy, read.cx, read.cy};
-  const auto missing = std::count_if(numbers.begin(), numbers.end(), [](double x) { return std::isnan(x); });
+  constexpr std::array<double Camera::*, 4> kNumbers = {&Camera::fx, &Camera::fy, &Camera::cx, &Camera::cy};
+  const auto is_missing = [&](double Camera::*number) { return std::isnan(read.*number); };
+  const auto missing = std::count_if(kNumbers.begin(), kNumbers.end(), is_missing);
   if (missing == 4 && read.width == 0) return before;
-  if (missing > 0) {
+  if (missing > 0 && !known(before)) {
     throw Error(fmt::format("{}: [{}] needs fx, fy, cx and cy: the recording does not give them", path, table));
   }
-  const bool same = known(before) && numbers == std::array<double, 4>{before.fx, before.fy, before.cx, before.cy};
-  if (same && read.width == 0) return before;
-  return read;
+  bool same = known(before);
+  for (double Camera::*number : kNumbers) {
+    if (is_missing(number)) read.*number = before.*number;
+    same = same && read.*number == before.*number;
+  }
+  return same && read.width == 0 ? before : read;
 }
 
 Pose pose_of(const std::vector<double>& rotation, const std::vector<double>& translation, const std::string& path) {
@@ -94,34 +112,45 @@ Camera fitted(Camera camera, ImageSize size, std::string_view what, const std::s
   return resized(camera, size.width, size.height);
 }
 
+std::shared_ptr<const LensMap> lens_of(const Camera& camera, const Distortion& distortion) {
+  return distortion.empty() ? nullptr : std::make_shared<const LensMap>(lens_map(camera, distortion));
+}
+
 }  // namespace
 
 void read_calibration(const std::filesystem::path& path, Calibration& calibration) {
   Calibration result = calibration;
   const Camera color_before = calibration.color.value_or(Camera{});
-  Camera depth = blank(calibration.depth);
-  Camera color = blank(color_before);
+  ReadCamera depth;
+  ReadCamera color;
+  double scale = ReadCamera::kMissing;
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> known_rotation = calibration.color_from_depth.linear();
   const Vec3d known_translation = calibration.color_from_depth.translation();
   std::vector<double> rotation(known_rotation.data(), known_rotation.data() + known_rotation.size());
   std::vector<double> translation(known_translation.data(), known_translation.data() + known_translation.size());
 
   Fields fields;
-  append_group(fields, "depth", camera_fields(depth));
-  append_group(fields, "color", camera_fields(color));
-  double scale = std::numeric_limits<double>::quiet_NaN();
+  append_group(fields, "depth", read_fields(depth));
+  append_group(fields, "color", read_fields(color));
   fields.push_back({"depth.scale", &scale, "raw value / scale = metres", in_range(kMinScale, kMaxScale)});
   fields.push_back({"depth.invalid", &result.invalid, "raw values that are no reading, besides 0", {}});
   fields.push_back({"color_from_depth.rotation", &rotation, "9 numbers, row by row", {}});
   fields.push_back({"color_from_depth.translation", &translation, "3 numbers, metres", {}});
   read_toml_file(path, fields);
 
-  result.depth = merged(depth, calibration.depth, "depth", path.string());
-  color = merged(color, color_before, "color", path.string());
-  if (known(color)) result.color = color;
+  result.depth = merged(depth.camera, calibration.depth, "depth", path.string());
+  const Camera color_camera = merged(color.camera, color_before, "color", path.string());
+  if (known(color_camera)) result.color = color_camera;
+  if (depth.has_camera() || depth.has_lens())
+    result.depth_distortion = to_distortion(depth.model, depth.distortion, path.string() + ": [depth]");
+  if (color.has_camera() || color.has_lens())
+    result.color_distortion = to_distortion(color.model, color.distortion, path.string() + ": [color]");
   if (!std::isnan(scale)) result.depth_scale = scale;
   result.scale_is_assumed = result.scale_is_assumed && std::isnan(scale);
+  result.camera_is_assumed = result.camera_is_assumed && !depth.has_camera();
   result.color_from_depth = pose_of(rotation, translation, path.string());
+  const bool color_moved = !result.color_from_depth.isApprox(calibration.color_from_depth);
+  result.color_is_assumed = result.color_is_assumed && !color.has_camera() && !color_moved;
   calibration = result;
 }
 
@@ -134,6 +163,10 @@ Calibration fitted(const Calibration& calibration, ImageSize depth, ImageSize co
   result.depth = fitted(calibration.depth, depth, "depth", source);
   result.color = calibration.color ? fitted(*calibration.color, color, "colour", source)
                                    : fitted(result.depth, color, "depth (used for colour too)", source);
+  const Distortion of_color =
+      calibration.color_distortion.value_or(calibration.color ? Distortion{} : calibration.depth_distortion);
+  result.depth_lens = lens_of(result.depth, calibration.depth_distortion);
+  result.color_lens = lens_of(*result.color, of_color);
   return result;
 }
 

@@ -5,11 +5,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "panoptic/geometry.h"
+#include "panoptic/io/lens.h"
 
 namespace panoptic {
 
@@ -28,10 +30,16 @@ struct Calibration {
   Pose posed_from_depth = Pose::Identity();  // the same in the frame that the recording's poses are of; not overridden
   double depth_scale = 1000;                 // raw value / depth_scale = metres
   std::vector<double> invalid = {65535};     // raw values that are no reading; 0 never is one
+  // The lenses. Colour that is registered to depth was distorted as depth is, unless it has a camera or a lens of its own.
+  Distortion depth_distortion;
+  std::optional<Distortion> color_distortion;
   // Taken for granted: neither the recording nor a calibration file says so.
   bool camera_is_assumed = false;
   bool scale_is_assumed = false;
   bool color_is_assumed = false;  // that it is registered to depth
+  // The maps that remove the distortion; made by `fitted`, null where there is none.
+  std::shared_ptr<const LensMap> depth_lens;
+  std::shared_ptr<const LensMap> color_lens;
 };
 
 // Overrides what the file gives and keeps the rest. Throws Error naming file and line for unknown keys, wrong types, values
@@ -39,8 +47,8 @@ struct Calibration {
 void read_calibration(const std::filesystem::path& path, Calibration& calibration);
 
 // The calibration for images of these sizes: intrinsics that belong to another size of the same shape are scaled, a missing
-// colour camera becomes the depth camera. Throws Error, beginning with `source`, if intrinsics are missing or the shapes
-// differ by more than 2 %.
+// colour camera becomes the depth camera, lenses get their maps. Throws Error, beginning with `source`, if intrinsics are missing
+// or the shapes differ by more than 2 %.
 Calibration fitted(const Calibration& calibration, ImageSize depth, ImageSize color, const std::string& source);
 
 }  // namespace panoptic

@@ -20,6 +20,11 @@ namespace fs = std::filesystem;
 struct FolderFormat {
   const char* looked_for;
   std::optional<FileRecording> (*recognise)(const fs::path& folder);
+  std::optional<FileRecording> (*recognise_by_time)(const fs::path& folder, const PairingOptions& pairing) = nullptr;
+
+  std::optional<FileRecording> operator()(const fs::path& folder, const PairingOptions& pairing) const {
+    return recognise_by_time != nullptr ? recognise_by_time(folder, pairing) : recognise(folder);
+  }
 };
 
 // Formats in the order in which they are tried: the more telling layouts first.
@@ -27,7 +32,7 @@ constexpr std::array<FolderFormat, 8> kFolderFormats = {{
     {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
     {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
     {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
-    {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", recognise_tum},
+    {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum},
     {"Replica (traj.txt, results/)", recognise_replica},
     {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", recognise_sun3d},
     {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF",
@@ -59,13 +64,22 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
   throw Error(fmt::format("{}: no recording of a known format; looked for {}", path.string(), formats));
 }
 
-std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& calibration) {
+[[noreturn]] void refuse_pairing(const fs::path& path, const std::string& format) {
+  throw Error(fmt::format("{}: images of a {} recording are not paired by their time stamps; leave out --pair-tolerance",
+                          path.string(), format));
+}
+
+std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& calibration, const PairingOptions& pairing) {
   if (!is_there(path)) throw Error(fmt::format("{}: no such file or folder; give the path of a recording", path.string()));
-  if (const auto sens = find_sens_file(path)) return std::make_unique<SensDataset>(*sens, calibration);
+  if (const auto sens = find_sens_file(path)) {
+    if (pairing.tolerance_s) refuse_pairing(path, ".sens");
+    return std::make_unique<SensDataset>(*sens, calibration);
+  }
   if (!is_folder(path)) not_recognised(path);
   for (const FolderFormat& format : kFolderFormats) {
-    std::optional<FileRecording> recording = format.recognise(path);
+    std::optional<FileRecording> recording = format(path, pairing);
     if (!recording) continue;
+    if (pairing.tolerance_s && format.recognise_by_time == nullptr) refuse_pairing(path, recording->format);
     if (!calibration.empty()) read_calibration(calibration, recording->calibration);
     return std::make_unique<FileDataset>(std::move(*recording));
   }
@@ -74,7 +88,8 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
 
 }  // namespace
 
-std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& calibration) {
+std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& calibration,
+                                        std::optional<double> pair_tolerance_s) {
   if (path.native().starts_with("sim:") && !is_there(path)) {
     throw Error(
         fmt::format("{}: a simulated home, and the simulator is not part of this: it is panoptic::simulation "
@@ -82,7 +97,7 @@ std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& ca
                     path.string()));
   }
   try {
-    return open_absolute(without_trailing_slash(path), calibration);
+    return open_absolute(without_trailing_slash(path), calibration, {pair_tolerance_s});
   } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
     throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));
   }

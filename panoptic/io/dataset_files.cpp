@@ -15,6 +15,7 @@
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_frame.h"
+#include "panoptic/io/dataset_left_out.h"
 #include "panoptic/io/pose_list.h"
 
 namespace panoptic {
@@ -127,12 +128,31 @@ std::string FileDataset::description() const {
                      color.width, color.height);
 }
 
+std::optional<Pose> FileDataset::pose(std::size_t position) const {
+  PANOPTIC_ASSERT(position < size());
+  const FileFrame& frame = recording_.frames[position];
+  if (!frame.problem.empty()) return std::nullopt;
+  try {
+    const Eigen::Matrix4d pose = read_pose(recording_, frame);
+    return check_pose(pose).used ? std::optional(camera_pose(pose, recording_.calibration)) : std::nullopt;
+  } catch (const Unusable&) {
+    return std::nullopt;  // `read` says why
+  }
+}
+
 RecordingNotes FileDataset::notes() const {
   const Calibration& c = recording_.calibration;
-  RecordingNotes notes{recording_.assumed, {}, c.depth_scale};
+  RecordingNotes notes{recording_.assumed, files_left_out(recording_), c.depth_scale};
   constexpr const char* kRemedy = "; --calibration FILE.toml gives others";
+  if (c.camera_is_assumed) {
+    notes.assumed.push_back(fmt::format("focal length {:.1f}, {:.1f} pixels at {}x{}, since no file gives it{}", c.depth.fx,
+                                        c.depth.fy, c.depth.width, c.depth.height, kRemedy));
+  }
   if (c.scale_is_assumed) {
     notes.assumed.push_back(fmt::format("{:g} raw depth units a metre, since no file says so{}", c.depth_scale, kRemedy));
+  }
+  if (c.color_is_assumed) {
+    notes.assumed.push_back(fmt::format("colour images show what depth images show, pixel for pixel{}", kRemedy));
   }
   return notes;
 }

@@ -48,6 +48,7 @@ class FileDataset : public Dataset {
   std::string description() const override;
   std::size_t size() const override { return recording_.frames.size(); }
   ReadResult read(std::size_t position) const override;
+  std::optional<Pose> pose(std::size_t position) const override;
   RecordingNotes notes() const override;
 
  private:

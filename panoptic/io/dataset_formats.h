@@ -12,14 +12,19 @@
 
 namespace panoptic {
 
+// How images are paired whose time stamps do not agree.
+struct PairingOptions {
+  std::optional<double> tolerance_s;  // nothing: what suits the format
+};
+
 std::optional<FileRecording> recognise_scannet_export(const std::filesystem::path& folder);      // the Python exporter's
 std::optional<FileRecording> recognise_scannet_cpp_export(const std::filesystem::path& folder);  // also 3RScan
 std::optional<FileRecording> recognise_seven_scenes(const std::filesystem::path& folder);        // also 3DMatch
-std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder);                 // also ICL-NUIM
-std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);             // NICE-SLAM layout
+std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder, const PairingOptions& pairing);  // also ICL-NUIM
+std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);  // NICE-SLAM layout
 std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder);
-std::optional<FileRecording> recognise_plain_folder(
-    const std::filesystem::path& folder);  // also Open3D's recorder, Semantic-NeRF
+// Also Open3D's recorder and Semantic-NeRF.
+std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder);
 std::optional<FileRecording> recognise_flat_folder(const std::filesystem::path& folder);
 
 // The list of poses of a plain or flat folder, under one of its usual names, relative to the folder.

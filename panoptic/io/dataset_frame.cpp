@@ -57,6 +57,10 @@ Image<float> to_metres(Image<float> raw, const Calibration& calibration) {
   return raw;
 }
 
+Pose camera_pose(const Eigen::Matrix4d& pose, const Calibration& calibration) {
+  return rigid(pose) * calibration.posed_from_depth;
+}
+
 ReadResult finish(RawFrame raw, const Calibration& calibration) {
   const Camera color_camera = calibration.color.value_or(calibration.depth);
   for (const Outcome& outcome : {check_pose(raw.pose), check_size(raw.depth, calibration.depth, "depth image"),
@@ -69,9 +73,9 @@ ReadResult finish(RawFrame raw, const Calibration& calibration) {
   frame.depth_camera = calibration.depth;
   frame.color_camera = color_camera;
   frame.color_from_depth = calibration.color_from_depth;
-  frame.world_from_camera = rigid(raw.pose) * calibration.posed_from_depth;
-  frame.depth = std::move(raw.depth);
-  frame.color = std::move(raw.color);
+  frame.world_from_camera = camera_pose(raw.pose, calibration);
+  frame.depth = calibration.depth_lens ? undistorted(raw.depth, *calibration.depth_lens) : std::move(raw.depth);
+  frame.color = calibration.color_lens ? undistorted(raw.color, *calibration.color_lens) : std::move(raw.color);
   return {std::move(frame), {}};
 }
 

@@ -26,11 +26,14 @@ ReadResult skipped(std::int64_t number, std::string reason);
 // Refuses a pose that is not finite, or further than 5 % from a rotation.
 Outcome check_pose(const Eigen::Matrix4d& pose);
 
+// Frame::world_from_camera for a stored pose that check_pose lets through.
+Pose camera_pose(const Eigen::Matrix4d& pose, const Calibration& calibration);
+
 // Raw values to metres; 0, negative, NaN and the invalid values become 0.
 Image<float> to_metres(const Image<std::uint16_t>& raw, const Calibration& calibration);
 Image<float> to_metres(Image<float> raw, const Calibration& calibration);
 
-// Checks pose and image sizes against the fitted calibration.
+// Checks pose and image sizes against the fitted calibration, and removes the distortion of the lenses.
 ReadResult finish(RawFrame raw, const Calibration& calibration);
 
 }  // namespace panoptic

@@ -42,10 +42,12 @@ std::optional<FileRecording> recognise_seven_scenes(const fs::path& folder) {
   if (!root) return std::nullopt;
   FileRecording recording{"7-Scenes", *root, {}, {}};
   recording.calibration.depth = {640, 480, 585, 585, 320, 240};  // the published constants
+  recording.calibration.color_is_assumed = true;                 // the published colour camera is another one
   for (const fs::path& place : {*root, root->parent_path()}) {
     if (!is_there(place / "camera-intrinsics.txt")) continue;
     recording.format = "7-Scenes / 3DMatch";
     recording.calibration.depth = read_camera_matrix(place / "camera-intrinsics.txt");
+    recording.calibration.color_is_assumed = false;
     break;
   }
   recording.frames = joined(numbered_files(*root, "", "frame-", kColor), numbered_files(*root, "", "frame-", kDepth),

@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMaxDifference_s = 0.02;   // between the images of a pair, and to the nearest pose
-constexpr double kMaxBracket_s = 0.1;       // poses are interpolated between neighbours that are this close
+constexpr double kMaxDifference_s = 0.02;  // between the images of a pair unless the user says otherwise, and to the nearest pose
+constexpr double kMaxBracket_s = 0.1;      // poses are interpolated between neighbours that are this close
 constexpr std::size_t kMaxCandidates = 32;  // per depth image: 0.04 s at 800 Hz; bounds the work on a file of equal stamps
 
 struct StampedFile {
@@ -46,7 +46,12 @@ double to_time(std::string_view word, const fs::path& path, std::size_t line) {
   const std::optional<double> time = to_number(word);
   if (!time || !std::isfinite(*time))
     throw Error(fmt::format("{}:{}: expected a time stamp, found '{}'", path.string(), line, word));
-  return *time;
+  // Seconds since 1970 stay below this until the year 5138; larger ones are milli-, micro- or nanoseconds.
+  constexpr double kMostSeconds = 1e11;
+  constexpr double kThousand = 1000;
+  double time_s = *time;
+  while (std::abs(time_s) >= kMostSeconds) time_s /= kThousand;
+  return time_s;
 }
 
 template <typename T>
@@ -80,8 +85,23 @@ std::vector<StampedPose> read_poses(const fs::path& path) {
   return poses;
 }
 
+// Two cameras of one rate whose clocks are apart: as many images of either kind, the same difference throughout, and that less
+// than half of the time between two images. The n-th of one then belongs to the n-th of the other. Returns that difference.
+std::optional<double> constant_offset_s(const std::vector<StampedFile>& color, const std::vector<StampedFile>& depth) {
+  constexpr std::size_t kFewest = 3;
+  constexpr double kJitter = 0.25;  // of the time between two images
+  if (color.size() != depth.size() || color.size() < kFewest) return std::nullopt;
+  std::vector<double> differences_s;
+  for (std::size_t i = 0; i < color.size(); ++i) differences_s.push_back(color[i].time_s - depth[i].time_s);
+  const auto [least, most] = std::minmax_element(differences_s.begin(), differences_s.end());
+  const double period_s = (depth.back().time_s - depth.front().time_s) / static_cast<double>(depth.size() - 1);
+  const double offset_s = (*least + *most) / 2;
+  const bool is_constant = *most - *least <= kJitter * period_s && std::abs(offset_s) < period_s / 2;
+  return is_constant ? std::optional(offset_s) : std::nullopt;
+}
+
 // The smallest time differences first; each image is used once.
-std::vector<Pair> associate(const std::vector<StampedFile>& color, const std::vector<StampedFile>& depth) {
+std::vector<Pair> associate(const std::vector<StampedFile>& color, const std::vector<StampedFile>& depth, double tolerance_s) {
   struct Candidate {
     double difference_s;
     std::size_t color;
@@ -90,10 +110,10 @@ std::vector<Pair> associate(const std::vector<StampedFile>& color, const std::ve
   std::vector<Candidate> candidates;
   std::size_t first = 0;
   for (std::size_t d = 0; d < depth.size(); ++d) {
-    while (first < color.size() && color[first].time_s < depth[d].time_s - kMaxDifference_s) ++first;
+    while (first < color.size() && color[first].time_s < depth[d].time_s - tolerance_s) ++first;
     for (std::size_t c = first; c < std::min(color.size(), first + kMaxCandidates); ++c) {
       const double difference_s = std::abs(color[c].time_s - depth[d].time_s);
-      if (difference_s <= kMaxDifference_s) candidates.push_back({difference_s, c, d});
+      if (difference_s <= tolerance_s) candidates.push_back({difference_s, c, d});
     }
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -135,26 +155,44 @@ std::optional<Eigen::Matrix4d> pose_at(const std::vector<StampedPose>& poses, do
   return to_matrix4(nearest->position, nearest->rotation);
 }
 
-// The constants that the authors of the set give for each of its three sensors, told by the name of the folder.
-Camera published_camera(const std::string& name) {
+struct PublishedCamera {
+  Camera camera{640, 480, 525, 525, 319.5, 239.5};  // the one that the set's depth images were registered with
+  Distortion distortion;
+  bool is_known = false;
+};
+
+// The constants that the authors of the set give for each of its three sensors
+// (https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats), told by the name of the folder. Depth was registered to the
+// pixels of the colour images, distorted as they are.
+PublishedCamera published_camera(const std::string& name) {
   const auto is = [&](const char* a, const char* b) {
     return name.find(a) != std::string::npos || name.find(b) != std::string::npos;
   };
-  if (is("freiburg1", "fr1")) return {640, 480, 517.3, 516.5, 318.6, 255.3};
-  if (is("freiburg2", "fr2")) return {640, 480, 520.9, 521.0, 325.1, 249.7};
-  if (is("freiburg3", "fr3")) return {640, 480, 535.4, 539.2, 320.1, 247.6};
-  return {640, 480, 525, 525, 319.5, 239.5};
+  if (is("freiburg1", "fr1")) return {{640, 480, 517.3, 516.5, 318.6, 255.3}, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}, true};
+  if (is("freiburg2", "fr2")) return {{640, 480, 520.9, 521.0, 325.1, 249.7}, {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}, true};
+  if (is("freiburg3", "fr3")) return {{640, 480, 535.4, 539.2, 320.1, 247.6}, {}, true};
+  return {};
 }
 
 struct ImageLists {
   std::vector<StampedFile> color;
   std::vector<StampedFile> depth;
   std::vector<Pair> pairs;
+  double tolerance_s = kMaxDifference_s;
+  std::string assumed;  // a line for the user, if the images were not paired by their time stamps
 };
 
-ImageLists read_separate_lists(const fs::path& folder) {
-  ImageLists lists{read_file_list(folder / "rgb.txt"), read_file_list(folder / "depth.txt"), {}};
-  lists.pairs = associate(lists.color, lists.depth);
+ImageLists read_separate_lists(const fs::path& folder, const PairingOptions& pairing) {
+  const double tolerance_s = pairing.tolerance_s.value_or(kMaxDifference_s);
+  ImageLists lists{read_file_list(folder / "rgb.txt"), read_file_list(folder / "depth.txt"), {}, tolerance_s, ""};
+  lists.pairs = associate(lists.color, lists.depth, tolerance_s);
+  const std::optional<double> offset_s = constant_offset_s(lists.color, lists.depth);
+  if (lists.pairs.size() == lists.color.size() || !offset_s || pairing.tolerance_s) return lists;
+  for (std::size_t i = 0; i < lists.color.size(); ++i) lists.pairs[i] = {i, i};
+  lists.pairs.resize(lists.color.size());
+  constexpr double kMilli = 1000;
+  lists.assumed = fmt::format("colour images are {:.0f} ms {} depth images throughout: paired in their order",
+                              kMilli * std::abs(*offset_s), *offset_s > 0 ? "after" : "before");
   return lists;
 }
 
@@ -182,8 +220,8 @@ std::vector<FileFrame> frames_of(const ImageLists& lists, const std::vector<Stam
     if (pair.color) frame.color = lists.color[*pair.color].file;
     if (pair.depth) frame.depth = lists.depth[*pair.depth].file;
     frame.pose = pose_at(poses, frame.time_s);
-    if (!pair.depth) frame.problem = fmt::format("no depth image within {} s", kMaxDifference_s);
-    if (!pair.color) frame.problem = fmt::format("no colour image within {} s", kMaxDifference_s);
+    if (!pair.depth) frame.problem = fmt::format("no depth image within {} s", lists.tolerance_s);
+    if (!pair.color) frame.problem = fmt::format("no colour image within {} s", lists.tolerance_s);
     if (frame.problem.empty() && !frame.pose) frame.problem = fmt::format("no pose within {} s", kMaxDifference_s);
     frames.push_back(std::move(frame));
   }
@@ -228,9 +266,27 @@ std::optional<fs::path> icl_trajectory(const fs::path& folder) {
   return std::nullopt;
 }
 
+void set_camera(FileRecording& recording, bool is_icl) {
+  Calibration& calibration = recording.calibration;
+  calibration.depth_scale = 5000;
+  if (is_icl) {
+    calibration.depth = {640, 480, 481.2, 480, 319.5, 239.5};
+  } else if (is_there(recording.root / "calibration.txt")) {  // ETH3D's: depth is registered to colour, without distortion
+    recording.format = "TUM RGB-D (ETH3D)";
+    read_camera_file(recording.root / "calibration.txt", calibration);
+    calibration.scale_is_assumed = !is_there(recording.root / "associated.txt");
+  } else {
+    const PublishedCamera published = published_camera(recording.root.filename().string());
+    calibration.depth = published.camera;
+    calibration.depth_distortion = published.distortion;
+    calibration.camera_is_assumed = !published.is_known;
+    calibration.scale_is_assumed = !published.is_known;
+  }
+}
+
 }  // namespace
 
-std::optional<FileRecording> recognise_tum(const fs::path& folder) {
+std::optional<FileRecording> recognise_tum(const fs::path& folder, const PairingOptions& pairing) {
   const bool separate = is_there(folder / "rgb.txt") && is_there(folder / "depth.txt");
   const std::optional<std::string> associations = separate ? std::nullopt : association_file(folder);
   const std::optional<fs::path> icl = icl_trajectory(folder);
@@ -244,15 +300,11 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder) {
                     folder.string()));
   }
   FileRecording recording{icl ? "ICL-NUIM" : "TUM RGB-D", folder, {}, {}};
-  recording.calibration.depth_scale = 5000;
-  recording.calibration.depth = icl ? Camera{640, 480, 481.2, 480, 319.5, 239.5} : published_camera(folder.filename().string());
-  if (!icl && is_there(folder / "calibration.txt")) {  // ETH3D's: fx fy cx cy; depth is registered to colour, without distortion
-    recording.format = "TUM RGB-D (ETH3D)";
-    recording.calibration.depth = read_camera_matrix(folder / "calibration.txt");
-  }
-  const ImageLists lists = separate       ? read_separate_lists(folder)
+  set_camera(recording, icl.has_value());
+  const ImageLists lists = separate       ? read_separate_lists(folder, pairing)
                            : associations ? read_associations(folder / *associations)
                                           : list_numbered_folders(folder);
+  if (!lists.assumed.empty()) recording.assumed.push_back(lists.assumed);
   recording.frames = frames_of(lists, read_poses(trajectory));
   if (icl) turn_y_round(recording.frames);
   return recording;

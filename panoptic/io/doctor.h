@@ -6,14 +6,18 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "panoptic/base/json.h"
 #include "panoptic/source.h"
 
 namespace panoptic {
 
-enum class Verdict { kOk, kWarning, kFailed };
+// In the order of their weight. Assumed: no file says so, and it may be right. Warning: unusual. Failed: a mistake, as far as the
+// frames can tell; the map will be rubble. Impossible: no camera is like that, and nothing can be mapped.
+enum class Verdict : std::uint8_t { kOk, kAssumed, kWarning, kFailed, kImpossible };
 
 struct Check {
   std::string name;
@@ -25,19 +29,25 @@ struct Check {
 struct DoctorReport {
   std::vector<Check> checks;
 
-  Verdict worst() const;  // failed if a check failed
+  Verdict worst() const;
+  std::size_t count(Verdict at_least) const;
 };
 
 // Bounds of the work: about (frames + 8 * pairs) frames are read, whatever the length of the recording.
 struct DoctorOptions {
-  std::size_t frames = 100;  // looked at one by one
-  std::size_t pairs = 24;    // compared with a later frame
+  std::size_t frames = 100;      // looked at one by one
+  std::size_t pairs = 24;        // compared with a later frame
+  std::size_t steps = SIZE_MAX;  // from one pose to the next; they cost no images
 };
+
+// The look at a recording before it is mapped: less than a second for images of 640 x 480.
+inline constexpr DoctorOptions kPreflight{.frames = 12, .pairs = 8, .steps = 300};
 
 // Reads frames on several threads. Throws only what the dataset throws.
 DoctorReport diagnose(const Dataset& dataset, const DoctorOptions& options = {});
 
 // One line a check, "ok      depth scale   ...", with the remedy on a line of its own.
 std::string to_text(const DoctorReport& report);
+Json to_json(const DoctorReport& report);
 
 }  // namespace panoptic

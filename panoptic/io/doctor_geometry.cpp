@@ -61,9 +61,25 @@ Counts count(const ViewPair& pair, const Pose& to_from, double focal_factor) {
   return counts;
 }
 
-Pose world_from_camera(const Pose& pose, const PoseConvention& convention) {
-  Pose result = convention.inverse ? pose.inverse() : pose;
-  result.linear() = result.linear() * convention.axes;
+const Pose& pose_for(const DepthView& view, Neighbour neighbour) {
+  const std::optional<Pose>& other = neighbour == Neighbour::kBefore ? view.pose_before : view.pose_after;
+  return neighbour != Neighbour::kNone && other ? *other : view.pose;
+}
+
+Pose world_from_camera(const DepthView& view, const Hypothesis& hypothesis) {
+  const Pose& pose = pose_for(view, hypothesis.pose_of);
+  Pose result = hypothesis.convention.inverse ? pose.inverse() : pose;
+  result.linear() = result.linear() * hypothesis.convention.axes;
+  return result;
+}
+
+// How much each pair says, by how far the camera moved from one frame to the other compared with the other pairs.
+std::vector<double> weights(const std::vector<ViewPair>& pairs) {
+  constexpr double kLeast = 0.1;
+  std::vector<double> result;
+  for (const ViewPair& pair : pairs) result.push_back((pair.to.pose.translation() - pair.from.pose.translation()).norm());
+  const double farthest = *std::max_element(result.begin(), result.end());
+  for (double& w : result) w = farthest > 0 ? kLeast + (1 - kLeast) * w / farthest : 1;
   return result;
 }
 
@@ -127,11 +143,74 @@ std::vector<double> shares(const std::vector<ViewPair>& pairs, const std::vector
   return result;
 }
 
-// The first of equals: the declared values, which come first, if nothing is better.
-Explanation best_of(const std::vector<ViewPair>& pairs, const std::vector<Hypothesis>& hypotheses) {
+std::vector<Explanation> explanations(const std::vector<ViewPair>& pairs, const std::vector<Hypothesis>& hypotheses) {
   const std::vector<double> all = shares(pairs, hypotheses);
-  const auto at = std::max_element(all.begin(), all.end());
-  return {hypotheses[static_cast<std::size_t>(at - all.begin())], *at};
+  std::vector<Explanation> result;
+  for (std::size_t i = 0; i < all.size(); ++i) result.push_back({hypotheses[i], all[i]});
+  std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) { return a.share > b.share; });
+  return result;
+}
+
+// A factor of depth is as good as its inverse on the translations, where that is a usual unit.
+bool is_plausible(double factor, double median_m) {
+  const double step = std::log10(factor);
+  const bool is_unit = std::abs(step - std::round(step)) < 1e-9;
+  return is_room(median_m * factor) || (is_unit && is_room(median_m));
+}
+
+struct Candidates {
+  std::vector<PoseConvention> conventions = all_conventions();
+  std::vector<double> factors;
+  std::vector<double> focals = {0.5, 0.625, 0.714, 0.8, 0.9, 1.1, 1.25, 1.4, 1.6, 2.0};
+
+  explicit Candidates(double median_m) {
+    for (const double factor : all_factors()) {
+      if (factor != 1 && is_plausible(factor, median_m)) factors.push_back(factor);
+    }
+  }
+
+  std::vector<Hypothesis> single_mistakes() const {
+    std::vector<Hypothesis> result;
+    for (const double factor : factors) result.push_back({.depth_factor = factor});
+    for (const PoseConvention& convention : conventions) {
+      if (!convention.is_declared()) result.push_back({.convention = convention});
+    }
+    for (const double focal : focals) result.push_back({.focal_factor = focal});
+    for (const Neighbour neighbour : {Neighbour::kBefore, Neighbour::kAfter}) result.push_back({.pose_of = neighbour});
+    return result;
+  }
+  std::vector<Hypothesis> two_mistakes() const {
+    std::vector<Hypothesis> result;
+    for (const double factor : factors) {
+      for (const PoseConvention& convention : conventions) {
+        if (!convention.is_declared()) result.push_back({.convention = convention, .depth_factor = factor});
+      }
+      for (const double focal : focals) result.push_back({.depth_factor = factor, .focal_factor = focal});
+    }
+    return result;
+  }
+};
+
+// Depth that is too small makes every motion small, too: that says something only if no motion at all would explain less.
+bool proves_its_factor(const std::vector<ViewPair>& pairs, const Explanation& e) {
+  if (e.hypothesis.depth_factor <= 1) return true;
+  Hypothesis still = e.hypothesis;
+  still.moves = false;
+  return clearly_better(agreement(pairs, still), e.share);
+}
+
+// Those of a sorted list that explain the depth clearly better than `declared`, down to what is clearly worse than the best of
+// them.
+std::vector<Explanation> better_ones(const std::vector<ViewPair>& pairs, const std::vector<Explanation>& sorted,
+                                     double declared) {
+  constexpr std::size_t kMost = 4;
+  std::vector<Explanation> better;
+  for (const Explanation& e : sorted) {
+    if (e.share < kGoodAgreement || !clearly_better(declared, e.share) || better.size() == kMost) break;
+    if (!better.empty() && clearly_better(e.share, better.front().share)) break;
+    if (proves_its_factor(pairs, e)) better.push_back(e);
+  }
+  return better;
 }
 
 }  // namespace
@@ -151,16 +230,28 @@ DepthView thinned(const Frame& frame, const Camera& depth_camera) {
   return view;
 }
 
+std::string in_words(const Hypothesis& h) {
+  std::vector<std::string> parts;
+  if (h.depth_factor != 1) parts.push_back(fmt::format("depth times {:.3g}", h.depth_factor));
+  if (h.focal_factor != 1) parts.push_back(fmt::format("focal lengths times {:.3g}", h.focal_factor));
+  if (!h.convention.is_declared()) parts.push_back("poses " + h.convention.name);
+  if (h.pose_of == Neighbour::kBefore) parts.emplace_back("each image with the pose of the one before");
+  if (h.pose_of == Neighbour::kAfter) parts.emplace_back("each image with the pose of the one after");
+  return fmt::format("{}", fmt::join(parts, " and "));
+}
+
 double agreement(const std::vector<ViewPair>& pairs, const Hypothesis& hypothesis) {
+  if (pairs.empty()) return 0;
+  const std::vector<double> weight = weights(pairs);
   Counts total;
-  for (const ViewPair& pair : pairs) {
-    Pose to_from = world_from_camera(pair.to.pose, hypothesis.convention).inverse(Eigen::Affine) *
-                   world_from_camera(pair.from.pose, hypothesis.convention);
-    to_from.translation() /= hypothesis.depth_factor;  // in units of the depth as it is
-    const Counts counts = count(pair, to_from, hypothesis.focal_factor);
-    total.agree += counts.agree;
-    total.seen += counts.seen;
-    total.points += counts.points;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    Pose to_from =
+        world_from_camera(pairs[i].to, hypothesis).inverse(Eigen::Affine) * world_from_camera(pairs[i].from, hypothesis);
+    to_from.translation() *= hypothesis.moves ? 1 / hypothesis.depth_factor : 0;  // in units of the depth as it is
+    const Counts counts = count(pairs[i], to_from, hypothesis.focal_factor);
+    total.agree += weight[i] * counts.agree;
+    total.seen += weight[i] * counts.seen;
+    total.points += weight[i] * counts.points;
   }
   return total.share();
 }
@@ -173,31 +264,22 @@ bool clearly_better(double share, double other) {
   return other - share >= kLeastGain && 1 - share >= kLeastRatio * (1 - other);
 }
 
-Explanations explain(const std::vector<ViewPair>& pairs) {
-  const std::vector<PoseConvention> conventions = all_conventions();
-  const std::vector<double> factors = all_factors();
-  const PoseConvention& declared = conventions.front();
-  std::vector<Hypothesis> by_factor;
-  std::vector<Hypothesis> by_convention;
-  std::vector<Hypothesis> by_focal;
-  for (const double factor : factors) by_factor.push_back({declared, factor, 1});
-  for (const PoseConvention& convention : conventions) by_convention.push_back({convention, 1, 1});
-  for (const double factor : {1.0, 0.5, 0.625, 0.714, 0.8, 0.9, 1.1, 1.25, 1.4, 1.6, 2.0})
-    by_focal.push_back({declared, 1, factor});
+bool is_room(double median_m) {
+  constexpr double kNearest_m = 0.2;
+  constexpr double kFarthest_m = 10;
+  return median_m >= kNearest_m && median_m <= kFarthest_m;
+}
 
-  Explanations result{agreement(pairs, by_factor.front()),
-                      best_of(pairs, by_factor),
-                      best_of(pairs, by_convention),
-                      best_of(pairs, by_focal),
-                      {}};
-  const double single = std::max({result.depth_factor.share, result.convention.share, result.focal_factor.share});
-  if (single < kExplains) {
-    std::vector<Hypothesis> by_both;
-    for (const PoseConvention& convention : conventions) {
-      for (const double factor : factors) by_both.push_back({convention, factor, 1});
-    }
-    result.both = best_of(pairs, by_both);
-  }
+Explanations explain(const std::vector<ViewPair>& pairs, double median_m) {
+  const Candidates candidates(median_m);
+  Explanations result{agreement(pairs, {}), agreement(pairs, {.moves = false}), {}};
+  const std::vector<Explanation> singles = explanations(pairs, candidates.single_mistakes());
+  result.better = better_ones(pairs, singles, result.declared);
+  const double single = result.better.empty() ? result.declared : result.better.front().share;
+  if (single >= kExplains) return result;
+  const std::vector<Explanation> twice = explanations(pairs, candidates.two_mistakes());
+  std::vector<Explanation> of_two = better_ones(pairs, twice, result.declared);
+  if (!of_two.empty() && clearly_better(single, of_two.front().share)) result.better = std::move(of_two);
   return result;
 }
 

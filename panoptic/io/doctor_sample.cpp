@@ -13,16 +13,52 @@ namespace {
 
 std::size_t spread(std::size_t i, std::size_t samples, std::size_t size) { return i * size / samples; }
 
+// The values that at least a hundredth of the readings have, with their number.
+std::vector<std::pair<float, std::size_t>> common_values(std::vector<float> readings) {
+  constexpr std::size_t kOneIn = 100;
+  std::vector<std::pair<float, std::size_t>> common;
+  std::sort(readings.begin(), readings.end());
+  for (auto first = readings.begin(); first != readings.end();) {
+    const auto end = std::upper_bound(first, readings.end(), *first);
+    const auto count = static_cast<std::size_t>(end - first);
+    if (count * kOneIn >= readings.size()) common.emplace_back(*first, count);
+    first = end;
+  }
+  return common;
+}
+
 FrameFacts examine(const ReadResult& result) {
   if (!result.frame) return {.reason = result.skipped.reason};
   const Frame& frame = *result.frame;
-  if (const Outcome outcome = check(frame); !outcome.used) return {.reason = outcome.reason};
+  if (const Outcome outcome = check(frame); !outcome.used) {
+    return {.reason = outcome.reason, .depth_camera = frame.depth_camera, .color_camera = frame.color_camera};
+  }
   constexpr std::size_t kStride = 7;
   std::vector<float> readings;
   for (std::size_t i = 0; i < frame.depth.size(); i += kStride) {
     if (frame.depth[i] > 0) readings.push_back(frame.depth[i]);
   }
-  return {true, "", is_rigid(frame.world_from_camera), median(std::move(readings)), frame.depth_camera, frame.color_camera};
+  FrameFacts facts{true, "", is_rigid(frame.world_from_camera), median(readings), frame.depth_camera, frame.color_camera};
+  facts.pose = frame.world_from_camera;
+  facts.readings = readings.size();
+  facts.common_m = common_values(std::move(readings));
+  return facts;
+}
+
+// Frames this near to each other look alike, whatever their depth says. Poses that are equal prove nothing: they may be wrong.
+bool hardly_moved(const Pose& a, const Pose& b) {
+  constexpr double kLittle_m = 0.1;
+  constexpr double kLittle_rad = 0.09;
+  const Pose motion = a.inverse() * b;
+  if (motion.matrix().isIdentity(1e-9)) return false;
+  return motion.translation().norm() < kLittle_m && Eigen::AngleAxisd(motion.linear()).angle() < kLittle_rad;
+}
+
+DepthView view_of(const Dataset& dataset, std::size_t position, const Frame& frame) {
+  DepthView view = thinned(frame, repaired(frame.depth_camera));
+  if (position > 0) view.pose_before = dataset.pose(position - 1);
+  if (position + 1 < dataset.size()) view.pose_after = dataset.pose(position + 1);
+  return view;
 }
 
 PairFacts find_pair(const Dataset& dataset, std::size_t position) {
@@ -31,13 +67,16 @@ PairFacts find_pair(const Dataset& dataset, std::size_t position) {
   PairFacts facts;
   const ReadResult first = dataset.read(position);
   if (!first.frame || !check(*first.frame).used) return facts;
-  ViewPair pair{thinned(*first.frame, repaired(first.frame->depth_camera)), {}};
+  ViewPair pair{view_of(dataset, position, *first.frame), {}};
   for (std::size_t gap = 1; gap <= kFarthestGap && position + gap < dataset.size(); gap *= 2) {
+    const std::optional<Pose> pose = dataset.pose(position + gap);
+    const bool is_last = 2 * gap > kFarthestGap || position + 2 * gap >= dataset.size();
+    if (pose && !is_last && hardly_moved(first.frame->world_from_camera, *pose)) continue;
     const ReadResult later = dataset.read(position + gap);
     if (!later.frame || !check(*later.frame).used) continue;
     const Vec3d motion = later.frame->world_from_camera.translation() - first.frame->world_from_camera.translation();
     if (gap == 1) facts.step_m = motion.norm();
-    pair.to = thinned(*later.frame, repaired(later.frame->depth_camera));
+    pair.to = view_of(dataset, position + gap, *later.frame);
     if (agreement_without_motion(pair) >= kLooksDifferent) continue;
     facts.pair = std::move(pair);
     break;
@@ -58,6 +97,22 @@ std::vector<PairFacts> find_pairs(const Dataset& dataset, std::size_t samples) {
   std::vector<PairFacts> pairs(std::min(samples, dataset.size()));
   parallel_for(pairs.size(), [&](std::size_t i) { pairs[i] = find_pair(dataset, spread(i, pairs.size(), dataset.size())); });
   return pairs;
+}
+
+std::vector<Step> find_steps(const Dataset& dataset, std::size_t samples) {
+  const std::size_t places = dataset.size() < 2 ? 0 : dataset.size() - 1;
+  std::vector<std::optional<Step>> found(std::min(samples, places));
+  parallel_for(found.size(), [&](std::size_t i) {
+    const std::size_t position = spread(i, found.size(), places);
+    const std::optional<Pose> a = dataset.pose(position);
+    const std::optional<Pose> b = a ? dataset.pose(position + 1) : std::nullopt;
+    if (b) found[i] = Step{position, (b->translation() - a->translation()).norm()};
+  });
+  std::vector<Step> steps;
+  for (const std::optional<Step>& step : found) {
+    if (step) steps.push_back(*step);
+  }
+  return steps;
 }
 
 std::optional<ImageSize> other_size(const Camera& camera) {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "panoptic/io/calibration.h"
@@ -21,8 +22,12 @@ struct FrameFacts {
   std::string reason;
   bool rigid = false;
   double median_m = 0;  // 0: no reading
-  Camera depth_camera;
+  Camera depth_camera;  // of every frame that could be read, usable or not
   Camera color_camera;
+  Pose pose = Pose::Identity();
+  // How many of its readings were looked at, and depths that at least one in a hundred of these has, with their number.
+  std::size_t readings = 0;
+  std::vector<std::pair<float, std::size_t>> common_m = {};
 };
 
 // A frame and the nearest later one that looks different, if there is one.
@@ -31,9 +36,17 @@ struct PairFacts {
   std::optional<double> step_m;  // to the next frame
 };
 
+// How far the camera moves from a position to the next, where both have a pose.
+struct Step {
+  std::size_t position = 0;
+  double length_m = 0;
+};
+
 // Samples spread evenly over the dataset, decoded on several threads.
 std::vector<FrameFacts> examine_frames(const Dataset& dataset, std::size_t samples);
 std::vector<PairFacts> find_pairs(const Dataset& dataset, std::size_t samples);
+// Without reading images; nothing if the dataset does not know its poses without them.
+std::vector<Step> find_steps(const Dataset& dataset, std::size_t samples);
 
 // The size that the principal point speaks of, if it is further than 20 % from the middle of the camera's own.
 std::optional<ImageSize> other_size(const Camera& camera);

@@ -134,6 +134,7 @@ RunReport read_run_report(const std::filesystem::path& folder) {
   report.dataset = file.at("dataset").text();
   report.recording = text_in(file, "recording");
   report.calibration = text_in(file, "calibration");
+  if (const auto tolerance_s = file.find("pair_tolerance_s")) report.pair_tolerance_s = tolerance_s->number(0, kLongest);
   report.predictor = text_in(file, "predictor");
   if (const auto complete = file.find("complete")) report.complete = complete->boolean();
   report.stopped_by = text_in(file, "stopped_by");

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +32,7 @@ struct RunReport {
   std::string dataset;
   std::string recording;    // empty: not written down, by an early version
   std::string calibration;  // empty: none
+  std::optional<double> pair_tolerance_s;
   std::string predictor;
   bool complete = true;
   std::string stopped_by;

@@ -130,6 +130,20 @@ ReadResult SensDataset::read(std::size_t position) const {
   }
 }
 
+std::optional<Pose> SensDataset::pose(std::size_t position) const {
+  PANOPTIC_ASSERT(position < size());
+  try {
+    FrameHeader frame;
+    if (!state_->file.read(state_->index.frame_offsets[position], &frame, sizeof(frame))) return std::nullopt;
+    const Eigen::Matrix4d pose = to_double(frame.pose);
+    return check_pose(pose).used ? std::optional(camera_pose(pose, state_->calibration)) : std::nullopt;
+  } catch (const FileError&) {
+    return std::nullopt;  // `read` says why
+  }
+}
+
+RecordingNotes SensDataset::notes() const { return {{}, {}, state_->calibration.depth_scale}; }
+
 ReadResult SensDataset::read_frame(std::size_t position) const {
   constexpr double kMicro = 1e-6;
   const auto number = static_cast<std::int64_t>(position);

@@ -24,6 +24,8 @@ class SensDataset : public Dataset {
   std::string description() const override;
   std::size_t size() const override;
   ReadResult read(std::size_t position) const override;
+  std::optional<Pose> pose(std::size_t position) const override;
+  RecordingNotes notes() const override;
 
  private:
   ReadResult read_frame(std::size_t position) const;  // throws FileError

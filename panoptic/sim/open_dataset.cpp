@@ -9,8 +9,9 @@
 
 namespace panoptic {
 
-std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration) {
-  if (!path_or_simulation.starts_with("sim:")) return open_recording(path_or_simulation, calibration);
+std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration,
+                                      std::optional<double> pair_tolerance_s) {
+  if (!path_or_simulation.starts_with("sim:")) return open_recording(path_or_simulation, calibration, pair_tolerance_s);
   if (!calibration.empty()) {
     throw Error(fmt::format("{}: a simulated home needs no calibration; leave out {}", path_or_simulation, calibration.string()));
   }

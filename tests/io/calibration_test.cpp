@@ -79,6 +79,46 @@ TEST(Calibration, NamesFileLineAndRemedyOfWhatIsWrong) {
   EXPECT_THAT(error_of("[depth\n"), HasSubstr("not valid TOML"));
 }
 
+TEST(Calibration, GivesALensItsDistortion) {
+  EXPECT_EQ(read("[depth]\ndistortion = [0.1, -0.2, 0, 0]\n").depth_distortion, (Distortion{0.1, -0.2, 0, 0}));
+  const Calibration both =
+      read("[color]\nfx = 1\nfy = 1\ncx = 1\ncy = 1\ndistortion_model = \"plumb_bob\"\ndistortion = [0.1, -0.2, 0, 0, 0.3]\n");
+  EXPECT_EQ(both.color_distortion, (Distortion{0.1, -0.2, 0, 0, 0.3}));
+  EXPECT_TRUE(both.depth_distortion.empty());
+  EXPECT_THAT(error_of("[color]\ndistortion_model = \"kannala_brandt\"\n"),
+              HasSubstr("[color]: the lens model 'kannala_brandt'"));
+}
+
+TEST(Calibration, TheLensOfOtherIntrinsicsSaysNothingOfNewOnes) {
+  Calibration calibration = known();
+  calibration.depth_distortion = {0.1, -0.2, 0, 0};
+  EXPECT_EQ(read("[depth]\nscale = 5000\n", calibration).depth_distortion, calibration.depth_distortion);
+  EXPECT_TRUE(read("[depth]\nfx = 500\n", calibration).depth_distortion.empty());
+  EXPECT_TRUE(read("[depth]\ndistortion_model = \"none\"\n", calibration).depth_distortion.empty());
+}
+
+TEST(Calibration, ColourThatIsRegisteredIsDistortedAsDepthIs) {
+  Calibration calibration = known();
+  calibration.depth_distortion = {0.1, -0.2, 0, 0};
+  const Calibration registered = fitted(calibration, {64, 48}, {128, 96}, "here");
+  ASSERT_TRUE(registered.depth_lens && registered.color_lens);
+  EXPECT_TRUE(registered.color_lens->same_size(128, 96));
+  calibration.color = known().depth;
+  EXPECT_FALSE(fitted(calibration, {64, 48}, {128, 96}, "here").color_lens);
+  EXPECT_FALSE(fitted(known(), {64, 48}, {128, 96}, "here").depth_lens);
+}
+
+TEST(Calibration, WhatAFileGivesIsNoLongerAssumed) {
+  Calibration calibration = known();
+  calibration.camera_is_assumed = calibration.scale_is_assumed = calibration.color_is_assumed = true;
+  const Calibration scale = read("[depth]\nscale = 1000\n", calibration);
+  EXPECT_TRUE(scale.camera_is_assumed && !scale.scale_is_assumed && scale.color_is_assumed);
+  const Calibration camera = read("[depth]\nfx = 585\n", calibration);
+  EXPECT_TRUE(!camera.camera_is_assumed && camera.scale_is_assumed && camera.color_is_assumed);
+  const Calibration color = read("[color]\nfx = 1\nfy = 1\ncx = 1\ncy = 1\n", calibration);
+  EXPECT_TRUE(color.camera_is_assumed && color.scale_is_assumed && !color.color_is_assumed);
+}
+
 TEST(Calibration, ScalesIntrinsicsToImagesOfTheSameShape) {
   const Calibration small = fitted(known(), {320, 240}, {160, 120}, "here");
   EXPECT_EQ(small.depth, resized(known().depth, 320, 240));

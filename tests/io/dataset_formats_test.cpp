@@ -256,5 +256,36 @@ TEST(Dataset, RefusesIntrinsicsForImagesOfAnotherShape) {
   EXPECT_THAT(error_of(root, root / "c.toml"), HasSubstr("for 1280x720 images but the images are 32x24"));
 }
 
+TEST(Recording, ListsTheFilesThatNoFrameIsMadeOf) {
+  const fs::path root = fresh_folder("scene");
+  write_plain_folder(root);
+  EXPECT_THAT(open_recording(root)->notes().left_out, ::testing::IsEmpty());
+  write_text(root / "depth" / "picture.bmp", "x");
+  write_text(root / "depth" / "another.bmp", "x");
+  write_text(root / "images" / "notes", "x");
+  write_text(root / "images" / ".DS_Store", "x");
+  EXPECT_THAT(open_recording(root)->notes().left_out,
+              ::testing::ElementsAre("depth/: 2 files *.bmp, the first is another.bmp", "images/: 1 file *, the first is notes"));
+}
+
+TEST(Recording, TellsAPoseWithoutItsImages) {
+  const fs::path root = fresh_folder("scene");
+  write_seven_scenes(root);
+  fs::remove(root / "frame-000002.pose.txt");
+  const auto dataset = open_recording(root);
+  for (const std::size_t i : {0U, 1U, 3U}) {
+    ASSERT_TRUE(dataset->pose(i));
+    EXPECT_TRUE(dataset->pose(i)->isApprox(dataset->read(i).frame->world_from_camera));
+  }
+  EXPECT_FALSE(dataset->pose(2));
+}
+
+TEST(Recording, GivesTheReasonWhyAnImageCannotBeRead) {
+  const fs::path root = fresh_folder("scene");
+  write_seven_scenes(root);
+  write_color(root / "frame-000001.depth.png", color_image(1));
+  EXPECT_THAT(open_recording(root)->read(1).skipped.reason, ::testing::HasSubstr("3 of 8"));
+}
+
 }  // namespace
 }  // namespace panoptic::test

@@ -33,13 +33,13 @@ std::string reason(const Dataset& dataset, std::size_t position) {
 }
 
 TEST(TumReader, ReadsFramesWhoseListsDisagreeByMilliseconds) {
-  const fs::path root = fresh_folder("rgbd_dataset_freiburg1_desk");
+  const fs::path root = fresh_folder("rgbd_dataset_freiburg3_desk");
   write_tum(root);
   const auto dataset = open_recording(root);
   ASSERT_EQ(dataset->size(), 4U);
   for (int i = 0; i < kFrameCount; ++i) expect_frame(dataset->read(static_cast<std::size_t>(i)), i, 5000);
   EXPECT_DOUBLE_EQ(dataset->read(1).frame->time_s, 1001);
-  EXPECT_NEAR(dataset->read(0).frame->depth_camera.fx, 517.3 * 32 / 640, 1e-9);  // told by the folder's name
+  EXPECT_NEAR(dataset->read(0).frame->depth_camera.fx, 535.4 * 32 / 640, 1e-9);  // told by the folder's name
 }
 
 TEST(TumReader, PairsTheSmallestDifferencesFirstAndUsesEachImageOnce) {
@@ -152,6 +152,91 @@ TEST(IclReader, TurnsItsUpwardYRoundAndMatchesPosesByNumber) {
   EXPECT_EQ(reason(*dataset, 0), "no pose within 0.02 s");
   for (int i = 1; i < kFrameCount; ++i) expect_frame(dataset->read(static_cast<std::size_t>(i)), i, 5000);
   EXPECT_GT(dataset->read(1).frame->depth_camera.fy, 0);
+}
+
+TEST(TumReader, ReadsTimeStampsInNanoseconds) {
+  const fs::path root = fresh_folder("tum");
+  write_tum(root);
+  std::string color;
+  std::string depth;
+  std::string poses;
+  for (int i = 0; i < 3; ++i) {
+    const std::string ns = fmt::format("{}", 1305031102000000000LL + i * 33000000LL);
+    color += fmt::format("{} rgb/100{}.0000.png\n", ns, i);
+    depth += fmt::format("{} depth/100{}.0000.png\n", ns, i);
+    poses += fmt::format("{} {} 0 0 0 0 0 1\n", ns, i);
+  }
+  write_text(root / "rgb.txt", color);
+  write_text(root / "depth.txt", depth);
+  write_text(root / "groundtruth.txt", poses);
+  const auto dataset = open_recording(root);
+  ASSERT_EQ(dataset->size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_EQ(reason(*dataset, i), "frame");
+    EXPECT_NEAR(dataset->read(i).frame->time_s, 1305031102 + 0.033 * static_cast<double>(i), 1e-5);
+    EXPECT_EQ(dataset->read(i).frame->world_from_camera.translation().x(), static_cast<double>(i));
+  }
+}
+
+// Three pairs a tenth of a second apart, colour this much after depth.
+void write_late_colour(const fs::path& root, double late_s) {
+  write_tum(root);
+  std::string color;
+  std::string depth;
+  std::string poses;
+  for (int i = 0; i < 3; ++i) {
+    depth += fmt::format("{:.3f} depth/100{}.0000.png\n", 1000 + 0.1 * i, i);
+    color += fmt::format("{:.3f} rgb/100{}.0000.png\n", 1000 + 0.1 * i + late_s, i);
+    poses += fmt::format("{:.3f} {} 0 0 0 0 0 1\n", 1000 + 0.1 * i, i);
+  }
+  write_text(root / "rgb.txt", color);
+  write_text(root / "depth.txt", depth);
+  write_text(root / "groundtruth.txt", poses);
+}
+
+TEST(TumReader, PairsInOrderWhereAConstantOffsetWouldDropFrames) {
+  const fs::path root = fresh_folder("tum");
+  write_late_colour(root, 0.03);
+  const auto dataset = open_recording(root);
+  ASSERT_EQ(dataset->size(), 3U);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(dataset->read(static_cast<std::size_t>(i)).frame->color, color_image(i));
+  EXPECT_THAT(dataset->notes().assumed,
+              ::testing::Contains("colour images are 30 ms after depth images throughout: paired in their order"));
+}
+
+TEST(TumReader, PairsAsFarApartAsTheUserAllows) {
+  const fs::path root = fresh_folder("tum");
+  write_late_colour(root, 0.015);
+  EXPECT_EQ(open_recording(root)->size(), 3U);
+  write_text(root / "rgb.txt", "1000.015 rgb/1000.0000.png\n1000.115 rgb/1001.0000.png\n");  // fewer than depth: no order to take
+  EXPECT_EQ(open_recording(root)->size(), 3U);
+  EXPECT_EQ(open_recording(root, {}, 0.01)->size(), 5U);
+  EXPECT_EQ(reason(*open_recording(root, {}, 0.01), 0), "no colour image within 0.01 s");
+  const fs::path plain = fresh_folder("plain");
+  write_plain_folder(plain);
+  EXPECT_THROW(open_recording(plain, {}, 0.01), Error);
+}
+
+TEST(TumReader, SaysWhatItAssumesOfACameraThatItDoesNotKnow) {
+  const fs::path own = fresh_folder("my_desk");
+  write_tum(own);
+  EXPECT_THAT(open_recording(own)->notes().assumed,
+              ::testing::ElementsAre(HasSubstr("focal length 26.2"), HasSubstr("5000 raw depth units a metre")));
+  const fs::path known = fresh_folder("rgbd_dataset_freiburg3_desk");
+  write_tum(known);
+  EXPECT_THAT(open_recording(known)->notes().assumed, ::testing::IsEmpty());
+}
+
+TEST(TumReader, RemovesTheDistortionOfItsFirstTwoCameras) {
+  const fs::path root = fresh_folder("rgbd_dataset_freiburg2_desk");
+  write_tum(root);
+  const fs::path straight = fresh_folder("straight") / "calibration.toml";
+  write_text(straight, "[depth]\ndistortion_model = \"none\"\n");
+  const ReadResult removed = open_recording(root)->read(1);
+  const ReadResult kept = open_recording(root, straight)->read(1);
+  EXPECT_EQ(kept.frame->color, color_image(1));
+  EXPECT_NE(removed.frame->color, kept.frame->color);
+  EXPECT_NE(removed.frame->depth, kept.frame->depth);
 }
 
 }  // namespace

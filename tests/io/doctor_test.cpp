@@ -113,10 +113,10 @@ class DoctorOnRecording : public ::testing::TestWithParam<const char*> {
   // Exactly this check fails, with this in its evidence or remedy.
   void expect_only(const DoctorReport& report, const std::string& name, const std::string& text) const {
     for (const Check& check : report.checks) {
-      EXPECT_EQ(check.verdict == Verdict::kFailed, check.name == name) << to_text(report);
+      EXPECT_EQ(check.verdict >= Verdict::kFailed, check.name == name) << to_text(report);
     }
     EXPECT_THAT(check_named(report, name).evidence + check_named(report, name).remedy, HasSubstr(text));
-    EXPECT_EQ(report.worst(), Verdict::kFailed);
+    EXPECT_GE(report.worst(), Verdict::kFailed);
   }
 
   const Dataset* dataset_ = nullptr;
@@ -130,8 +130,8 @@ class DoctorOnRecording : public ::testing::TestWithParam<const char*> {
 
 TEST_P(DoctorOnRecording, FindsNothingWrong) {
   const DoctorReport report = diagnose(*open_recording(shared_folder() / "data" / GetParam()));
-  EXPECT_EQ(report.worst(), Verdict::kOk) << to_text(report);
-  EXPECT_GE(report.checks.size(), 7U);
+  EXPECT_LE(report.worst(), Verdict::kAssumed) << to_text(report);
+  EXPECT_GE(report.checks.size(), 8U);
 }
 
 TEST_P(DoctorOnRecording, FindsAWrongDepthScaleInEitherDirection) {
@@ -206,7 +206,7 @@ TEST(Doctor, ACalibrationFileForAnotherSizeIsFound) {
   const std::filesystem::path file = fresh_folder("calibration") / "scannet.toml";
   write_text(file, "[depth]\nfx = 1170\nfy = 1170\ncx = 647.5\ncy = 483.5\n");
   const DoctorReport report = diagnose(*open_recording(shared_folder() / "data" / "kitchen", file), {.frames = 20, .pairs = 12});
-  EXPECT_EQ(check_named(report, "depth intrinsics").verdict, Verdict::kFailed);
+  EXPECT_EQ(check_named(report, "depth intrinsics").verdict, Verdict::kImpossible);
   EXPECT_THAT(check_named(report, "depth intrinsics").remedy, HasSubstr("1295x967"));
 }
 
