@@ -34,8 +34,16 @@ void add_recording(CLI::App& app, Arguments& a) {
                  "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder;\n"
                  "or a simulated home: sim:SEED[,rooms=R,frames=F,noise=P]")
       ->required();
-  app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, depth scale and the colour camera");
+  constexpr double kLongest_s = 1e6;
+  app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, lens, depth scale and the colour camera");
+  app.add_option("--pair-tolerance", a.pair_tolerance_s,
+                 "seconds between colour and depth of a pair at most, for recordings paired by time (TUM RGB-D), default 0.02")
+      ->check(CLI::Range(0.0, kLongest_s));
   add_threads(app, a);
+}
+
+void add_preflight(CLI::App& app, Arguments& a) {
+  app.add_flag("--no-preflight", a.no_preflight, "do not look for impossible and unlikely numbers of the recording first");
 }
 
 void add_networks(CLI::App& app, Arguments& a) {
@@ -166,6 +174,7 @@ void add_live(CLI::App& run, Arguments& a) {
 
 void add_run(CLI::App& run, Arguments& a) {
   add_recording(run, a);
+  add_preflight(run, a);
   add_networks(run, a);
   run.add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
   run.add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
@@ -177,8 +186,14 @@ void add_run(CLI::App& run, Arguments& a) {
 
 void add_prediction(CLI::App& predict, Arguments& a) {
   add_recording(predict, a);
+  add_preflight(predict, a);
   add_networks(predict, a);
   predict.add_option("-o,--output", a.output, "folder for the predictions")->required();
+}
+
+void add_doctor(CLI::App& doctor, Arguments& a) {
+  add_recording(doctor, a);
+  doctor.add_flag("--json", a.as_json, "as JSON");
 }
 
 void add_view(CLI::App& view, Arguments& a) {
@@ -205,7 +220,7 @@ Arguments parse_arguments(int argc, char** argv) {
   app.require_subcommand(1);
   add_run(*app.add_subcommand("run", "map a recording"), a);
   add_prediction(*app.add_subcommand("predict", "run the networks over a recording and write their predictions to disk"), a);
-  add_recording(*app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames"), a);
+  add_doctor(*app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames"), a);
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
   add_map_commands(app, a);
   add_map_pairs(app, a);

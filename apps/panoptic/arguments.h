@@ -32,6 +32,8 @@ struct Arguments {
   std::string config;
   std::vector<std::string> settings;  // key=value
   std::string calibration;
+  std::optional<double> pair_tolerance_s;
+  bool no_preflight = false;  // run, predict
   std::vector<std::string> semantic;
   std::string instance;
   std::string predictions;

@@ -4,6 +4,8 @@
 // The subcommands. Each returns the process's exit code and throws Error or UsageError.
 #pragma once
 
+#include <memory>
+
 #include "apps/panoptic/arguments.h"
 
 namespace panoptic {
@@ -34,6 +36,12 @@ struct Mesh;
 Mesh mesh_of(const SavedMap& saved);
 // Writes "note: ..." on stderr, if there is anything to say.
 void tell_note(const std::string& note);
+
+// Opens the recording that the arguments name. What its files leave open and had to be taken for granted is told, and so is
+// what no frame was made of. Without --no-preflight a sample of its frames is checked: what is impossible is refused, what is
+// unlikely is told in a line that names the doctor. Throws Error.
+class Dataset;
+std::unique_ptr<Dataset> open_checked(const Arguments& arguments);
 
 // The range of --frames, or everything. Throws UsageError.
 struct FrameRange;

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 
 #include "apps/panoptic/commands.h"
@@ -16,11 +15,16 @@ namespace panoptic {
 
 int doctor(const Arguments& arguments) {
   set_thread_count(arguments.threads);
-  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
+  const auto dataset = open_dataset(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
   const DoctorReport report = diagnose(*dataset);
-  fmt::print("{}\n{}", dataset->description(), to_text(report));
-  const auto failed = std::count_if(report.checks.begin(), report.checks.end(),
-                                    [](const Check& check) { return check.verdict == Verdict::kFailed; });
+  if (arguments.as_json) {
+    Json json = {{"recording", arguments.dataset}, {"description", dataset->description()}};
+    json.update(to_json(report));
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("{}\n{}", dataset->description(), to_text(report));
+  }
+  const std::size_t failed = report.count(Verdict::kFailed);
   if (failed == 0) return kDone;
   std::fflush(stdout);  // the checks stand above the line that counts them
   throw Error(fmt::format("{} {} failed", failed, failed == 1 ? "check" : "checks"));

@@ -45,7 +45,7 @@ std::unique_ptr<Dataset> open_again(const RunReport& report, const std::filesyst
   constexpr const char* kOtherwise = "explain without --png needs no recording";
   std::unique_ptr<Dataset> dataset;
   try {
-    dataset = open_dataset(report.recording, report.calibration);
+    dataset = open_dataset(report.recording, report.calibration, report.pair_tolerance_s);
   } catch (const Error& e) {
     throw Error(fmt::format("the run's recording cannot be opened any more ({}); put it back, {}", e.what(), kOtherwise));
   }

@@ -22,19 +22,22 @@ int predict(const Arguments& arguments) {
   }
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
+  const auto dataset = open_checked(arguments);
   const auto predictor = make_predictor(options);
   PredictionWriter writer(arguments.output, predictor->labels(), networks_text(options.networks));
 
   watch_for_interrupt();
   std::size_t written = 0;
   std::size_t skipped = 0;
+  bool saw_something = false;
   {
     FrameStream stream(*dataset, range);
     Progress progress("frames", range.count(dataset->size()));
     for (auto read = stream.next(); read && !interrupted(); read = stream.next()) {
       if (read->frame && check(*read->frame).used) {
-        writer.write(read->frame->index, predictor->predict(*read->frame));
+        const Segmentation segmentation = predictor->predict(*read->frame);
+        saw_something = saw_something || !segmentation.segments.empty();
+        writer.write(read->frame->index, segmentation);
         written++;
       } else {
         skipped++;
@@ -46,6 +49,10 @@ int predict(const Arguments& arguments) {
   if (interrupted()) return kInterrupted;
   if (written == 0) {
     throw Error(fmt::format("{}: no frame was usable, so there are no predictions; panoptic doctor says why", arguments.dataset));
+  }
+  if (!saw_something) {
+    throw Error(fmt::format("{}: not one label in {} predictions ({}); do the networks fit their descriptions and the label set?",
+                            networks_text(options.networks), written, arguments.output));
   }
   return kDone;
 }

@@ -28,11 +28,13 @@
 namespace panoptic {
 namespace {
 
+constexpr const char* kNoPredictor = "none";
+
 // Writes the map, or what there is of it after a failure; whatever goes wrong here must not hide that failure.
-void write_map(const std::string& output, Mapper& mapper, const Options& options, const RunSummary& summary,
-               const std::string& failure) {
+WrittenMap write_map(const std::string& output, Mapper& mapper, const Options& options, const RunSummary& summary,
+                     const std::string& failure) {
   try {
-    write_outputs(output, mapper, options, summary);
+    return write_outputs(output, mapper, options, summary);
   } catch (const std::exception& e) {
     if (failure.empty()) throw;
     throw Error(fmt::format("{}; and the map so far could not be written whole: {}", failure, e.what()));
@@ -65,7 +67,7 @@ void print_online(const OnlineReport& o) {
 std::string predictor_text(const Options& options) {
   if (!options.predictions.empty()) return options.predictions;
   const std::string networks = networks_text(options.networks);
-  return networks.empty() ? "none" : networks;
+  return networks.empty() ? kNoPredictor : networks;
 }
 
 void print_closing(const Mapper& mapper, const RunSummary& summary, const std::string& output) {
@@ -94,7 +96,8 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
   CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
   settings.warn = [](const std::string& what) { tell(fmt::format("\n{}\n", what)); };
-  const RunIdentity identity{summary.recording, summary.calibration, arguments.frames, options, arguments.online};
+  const RunIdentity identity{summary.recording, summary.calibration, arguments.frames,
+                             options,           arguments.online,    summary.pair_tolerance_s};
   auto checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, mapper);
   if (checkpoints->was_complete()) {
     fmt::print("map       {} is complete: nothing is left to map\n", arguments.map);
@@ -103,6 +106,20 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
   }
   std::fflush(stdout);
   return checkpoints;
+}
+
+// A map without surface, or without a label although labels were asked for.
+void require_map(const WrittenMap& written, const RunSummary& summary, std::uint64_t used, const Arguments& arguments) {
+  if (written.triangles == 0) {
+    throw Error(fmt::format("{}: no surface came of the {} frames used (see {}); check depth scale and poses: panoptic doctor {}",
+                            arguments.dataset, used, arguments.output, arguments.dataset));
+  }
+  if (summary.predictor != kNoPredictor && written.labelled_vertices == 0) {
+    throw Error(
+        fmt::format("{}: not one of its labels counted (the map in {} has no labels); do its classes have the names of the label "
+                    "set's, and does it fit the images?",
+                    summary.predictor, arguments.output));
+  }
 }
 
 // A run that went through and still gave nothing of what was asked for.
@@ -124,7 +141,8 @@ void require_use(const Mapper& mapper, const RunSummary& summary, const MappingR
 }
 
 // Tells how the run went, and returns the program's exit code. Throws Error if it failed, or gave nothing of what was asked for.
-int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result) {
+int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result,
+             const WrittenMap& written) {
   print_closing(mapper, summary, arguments.output);
   if (!result.failure.empty()) {
     throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
@@ -134,6 +152,7 @@ int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary&
     return kInterrupted;
   }
   require_use(mapper, summary, result, arguments);
+  require_map(written, summary, mapper.frames().used(), arguments);
   return kDone;
 }
 
@@ -154,6 +173,8 @@ RunSummary summary_of(const Arguments& arguments, const Options& options, const 
   summary.dataset = dataset.description();
   summary.recording = absolute_recording(arguments.dataset);
   if (!arguments.calibration.empty()) summary.calibration = std::filesystem::absolute(arguments.calibration).string();
+  summary.pair_tolerance_s = arguments.pair_tolerance_s;
+  summary.notes = dataset.notes();
   summary.predictor = predictor_text(options);
   summary.pictures = !arguments.no_pictures;
   return summary;
@@ -191,7 +212,7 @@ int run(const Arguments& arguments) {
   const Options placed = with_swap_folder(options, arguments.output);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const auto dataset = open_dataset(arguments.dataset, arguments.calibration);
+  const auto dataset = open_checked(arguments);
   const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options);
   Mapper mapper(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;
@@ -228,8 +249,8 @@ int run(const Arguments& arguments) {
   summary.online = result.online;
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
-  write_map(arguments.output, mapper, options, summary, result.failure);
-  const int code = conclude(arguments, mapper, summary, result);
+  const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);
+  const int code = conclude(arguments, mapper, summary, result, written);
   if (viewer) viewer->finish([] { return !interrupted(); });
   return code;
 }

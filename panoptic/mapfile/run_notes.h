@@ -20,6 +20,7 @@ namespace panoptic {
 namespace run_note {
 inline constexpr const char* kRecording = "recording";
 inline constexpr const char* kCalibration = "calibration";
+inline constexpr const char* kPairTolerance = "pair_tolerance_s";
 inline constexpr const char* kFrames = "frames_range";
 inline constexpr const char* kOptions = "options";
 inline constexpr const char* kPositions = "positions";

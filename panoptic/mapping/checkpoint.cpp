@@ -26,6 +26,7 @@ namespace {
 std::map<std::string, std::string> texts_of(const RunIdentity& identity) {
   return {{run_note::kRecording, identity.recording},
           {run_note::kCalibration, identity.calibration},
+          {run_note::kPairTolerance, identity.pair_tolerance_s ? fmt::format("{}", *identity.pair_tolerance_s) : ""},
           {run_note::kFrames, identity.frames},
           {run_note::kOptions, options_text(identity.options)}};
 }

@@ -29,6 +29,7 @@ struct RunIdentity {
   std::string frames;       // the range that was asked for; empty = all
   Options options;
   bool online = false;  // what was labelled depended on the machine: it can be kept, but not resumed
+  std::optional<double> pair_tolerance_s = {};
 };
 
 // The text that a map file keeps of options, `key = value` a line: without those that say where a map lies in memory.

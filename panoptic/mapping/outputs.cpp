@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <type_traits>
 
@@ -210,8 +211,11 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
                  {"dataset", run.dataset},
                  {"recording", run.recording},
                  {"calibration", run.calibration.empty() ? Json(nullptr) : Json(run.calibration)},
+                 {"assumed", run.notes.assumed},
+                 {"left_out", run.notes.left_out},
                  {"predictor", run.predictor},
                  {"complete", run.complete}};
+  if (run.pair_tolerance_s) report["pair_tolerance_s"] = *run.pair_tolerance_s;
   if (!run.complete) report["stopped_by"] = run.stopped_by;
   report["frames"] = to_json(mapper.frames());
   report["frames"]["without_prediction"] = run.without_prediction;
@@ -230,7 +234,7 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
   return report;
 }
 
-void write_outputs(const std::filesystem::path& folder, Mapper& mapper, const Options& options, const RunSummary& run) {
+WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, const Options& options, const RunSummary& run) {
   const Mesh mesh = mapper.mesh();
   write_ply(folder / "mesh.ply", mesh);
   write_json_file(folder / "objects.json", objects_json(mapper, mesh));
@@ -240,6 +244,9 @@ void write_outputs(const std::filesystem::path& folder, Mapper& mapper, const Op
   write_glb(folder / "scene.glb", mesh, mapper.map().labels, mapper.up());
   run.pictures ? write_views(folder / "views", mesh, mapper.up(), mapper.map().labels) : remove_views(folder / "views");
   write_json_file(folder / "report.json", report_json(mapper, options, run, mesh));
+  const auto labelled = std::count_if(mesh.vertices.begin(), mesh.vertices.end(),
+                                      [](const MeshVertex& vertex) { return vertex.class_id != ClassId::kUnknown; });
+  return {mesh.triangles.size(), static_cast<std::size_t>(labelled)};
 }
 
 }  // namespace panoptic

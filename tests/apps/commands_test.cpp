@@ -39,6 +39,16 @@ fs::path write_network() {
   return folder / "colors.toml";
 }
 
+// A network that takes everything for something that the label set does not know.
+fs::path write_blind_network() {
+  const fs::path folder = fresh_folder("network");
+  write_file(folder / "blind.onnx", test::color_classifier(8, 4, {9, 9, 9, -9, -9, -9}));
+  write_file(folder / "blind.toml",
+             "name = \"blind\"\ntask = \"semantic\"\ndecoder = \"semantic_logits\"\nweights = \"blind.onnx\"\n"
+             "classes = [\"everything\", \"chair\"]\n[input]\nwidth = 8\nheight = 4\n");
+  return folder / "blind.toml";
+}
+
 // On OpenCV, which is always there and whose threads the thread sanitizer can follow.
 ProgramResult predict(const fs::path& recording, const fs::path& predictions) {
   return run_program({"predict", recording.string(), "--semantic", write_network().string(), "--set", "networks.engine=opencv",
@@ -63,6 +73,86 @@ TEST(Doctor, IsQuietOnStderrAboutAGoodRecording) {
   const ProgramResult result = run_program({"doctor", recording.string()});
   EXPECT_EQ(result.exit_code, 0) << result.out;
   EXPECT_EQ(result.err, "");
+}
+
+TEST(Doctor, WritesJson) {
+  const fs::path recording = fresh_folder("recording");
+  test::write_orbit_recording(recording, 12);
+  const ProgramResult result = run_program({"doctor", recording.string(), "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const auto json = json_in(result.out);
+  ASSERT_TRUE(json) << result.out;
+  EXPECT_EQ((*json)["recording"], recording.string());
+  EXPECT_EQ((*json)["checks"][0]["name"], "frames");
+  EXPECT_EQ((*json)["checks"][0]["verdict"], "ok");
+}
+
+// Maps the recording with intrinsics that are shares of the image's size.
+ProgramResult run_with_shares(const fs::path& out, const std::vector<std::string>& more = {}) {
+  const fs::path recording = fresh_folder("recording");
+  test::write_orbit_recording(recording, 4);
+  write_file(recording / "camera-intrinsics.txt", std::string("0.9 0 0.5\n0 1.2 0.5\n0 0 1\n"));
+  std::vector<std::string> arguments = {"run", "--no-pictures", recording.string(), "-o", out.string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run_program(arguments);
+}
+
+TEST(Preflight, RefusesImpossibleNumbersBeforeTheFirstFrame) {
+  const fs::path out = fresh_folder("out");
+  const ProgramResult result = run_with_shares(out);
+  EXPECT_EQ(result.exit_code, 1);
+  ASSERT_EQ(test::lines(result.err).size(), 1U) << result.err;
+  EXPECT_THAT(result.err, testing::AllOf(HasSubstr("fx = 0.9, fy = 1.2 pixels for images 160x120: intrinsics are in pixels"),
+                                         HasSubstr("--no-preflight")));
+  EXPECT_FALSE(fs::exists(out / "report.json"));
+}
+
+TEST(Preflight, WarnsInOneLineThatNamesTheDoctor) {
+  const fs::path recording = fresh_folder("recording");
+  test::write_orbit_recording(recording, 12);
+  const fs::path calibration = fresh_folder("calibration") / "wrong.toml";
+  write_file(calibration, std::string("[depth]\nscale = 100\n"));
+  const std::vector<std::string> run = {"run",
+                                        "--no-pictures",
+                                        recording.string(),
+                                        "--calibration",
+                                        calibration.string(),
+                                        "--set",
+                                        "depth.max_m=100",
+                                        "--set",
+                                        "map.voxel_size_m=0.2",
+                                        "-o",
+                                        fresh_folder("out").string()};
+  const ProgramResult warned = run_program(run);
+  ASSERT_FALSE(test::lines(warned.err).empty());
+  EXPECT_THAT(test::lines(warned.err).front(),
+              testing::AllOf(StartsWith("warning: depth scale: "), HasSubstr("panoptic doctor " + recording.string())));
+  std::vector<std::string> quiet = run;
+  quiet.emplace_back("--no-preflight");
+  EXPECT_THAT(run_program(quiet).err, testing::Not(HasSubstr("warning")));
+}
+
+TEST(Run, WithoutSurfaceIsAnErrorAndStillWritesItsFiles) {
+  const fs::path recording = fresh_folder("recording");
+  test::write_orbit_recording(recording, 3);
+  const fs::path out = fresh_folder("out");
+  const ProgramResult result =
+      run_program({"run", "--no-pictures", recording.string(), "--set", "depth.max_m=0.2", "-o", out.string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(test::lines(result.err).back(), HasSubstr("no surface came of the 3 frames used"));
+  EXPECT_TRUE(fs::exists(out / "report.json"));
+}
+
+TEST(Run, WithoutOneLabelThatCountedIsAnErrorAndStillWritesItsFiles) {
+  const fs::path recording = fresh_folder("recording");
+  test::write_orbit_recording(recording, 3);
+  const fs::path out = fresh_folder("out");
+  const ProgramResult result =
+      run_program({"run", "--no-pictures", recording.string(), "--semantic", write_blind_network().string(), "--set",
+                   "networks.engine=opencv", "-o", out.string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(test::lines(result.err).back(), HasSubstr("not one of its labels counted"));
+  EXPECT_TRUE(fs::exists(out / "report.json"));
 }
 
 TEST(Predict, WritesPredictionsThatRunTakes) {
