@@ -259,7 +259,10 @@ width = 640
 height = 480
 scale = 1000
 invalid = [65535]
+distortion = [0.26, -0.95, -0.005, 0.003, 1.16]
 [color]
+distortion_model = "rational_polynomial"
+distortion = [0.1, 0, 0, 0, 0, 0.1, 0, 0.01]
 fx = 1000
 fy = 1000
 cx = 640

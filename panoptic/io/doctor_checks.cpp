@@ -14,7 +14,8 @@ namespace {
 
 double view_deg(const Camera& camera) { return 2 * std::atan(camera.width / (2 * camera.fx)) * 180 / std::numbers::pi; }
 
-// True for numbers that no pinhole camera has: a view of more than 150 degrees, or of less than 3; one that is far from as high as it is wide.
+// True for numbers that no pinhole camera has: a view of more than 150 degrees, or of less than 3; one that is far from as high
+// as it is wide.
 bool is_no_focal_length(const Camera& camera) {
   constexpr double kWidest_deg = 150;
   constexpr double kNarrowest_deg = 3;

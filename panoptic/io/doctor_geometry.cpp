@@ -232,8 +232,8 @@ DepthView thinned(const Frame& frame, const Camera& depth_camera) {
 
 std::string in_words(const Hypothesis& h) {
   std::vector<std::string> parts;
-  if (h.depth_factor != 1) parts.push_back(fmt::format("depth times {:.3g}", h.depth_factor));
-  if (h.focal_factor != 1) parts.push_back(fmt::format("focal lengths times {:.3g}", h.focal_factor));
+  if (h.depth_factor != 1) parts.push_back(fmt::format("depth times {:.4g}", h.depth_factor));
+  if (h.focal_factor != 1) parts.push_back(fmt::format("focal lengths times {:.4g}", h.focal_factor));
   if (!h.convention.is_declared()) parts.push_back("poses " + h.convention.name);
   if (h.pose_of == Neighbour::kBefore) parts.emplace_back("each image with the pose of the one before");
   if (h.pose_of == Neighbour::kAfter) parts.emplace_back("each image with the pose of the one after");

@@ -27,9 +27,9 @@ constexpr KnownFactor kKnownFactors[] = {{0.2, "5000 instead of 1000"},         
 
 std::string factor_remedy(double factor, double scale) {
   std::string text =
-      fmt::format("depth is {:.3g} times what it should be: multiply [depth] scale in the calibration file by that", 1 / factor);
+      fmt::format("depth is {:.4g} times what it should be: multiply [depth] scale in the calibration file by that", 1 / factor);
   if (scale > 0) {
-    text = fmt::format("depth is {:.3g} times what it should be: write [depth] scale = {:g} in the calibration file, not {:g}",
+    text = fmt::format("depth is {:.4g} times what it should be: write [depth] scale = {:g} in the calibration file, not {:g}",
                        1 / factor, scale / factor, scale);
   }
   for (const KnownFactor& known : kKnownFactors) {
@@ -50,25 +50,34 @@ const Hypothesis* best_guess(const Examination& e) {
   return e.found && !e.found->better.empty() ? &e.found->better.front().hypothesis : nullptr;
 }
 
-// "; with depth times 5, frames agree on 96 % of their points instead of 69 %; as well with ...".
-std::string guesses_in_words(const Explanations& found) {
-  const Explanation& best = found.better.front();
-  std::string text = fmt::format("; with {}, frames agree on {:.0f} % of their points instead of {:.0f} %",
-                                 in_words(best.hypothesis), 100 * best.share, 100 * found.declared);
-  for (std::size_t i = 1; i < found.better.size(); ++i) {
-    text += fmt::format("{}{}", i == 1 ? "; as well with " : ", or with ", in_words(found.better[i].hypothesis));
-  }
-  return text;
-}
-
 // Depth of a room that has to be multiplied: then it is the translations that are in another unit.
 bool is_about_translations(const Hypothesis& h, double median_m) {
   return h.depth_factor != 1 && !is_room(median_m * h.depth_factor);
 }
 
+std::string in_words(Hypothesis h, double median_m) {
+  if (!is_about_translations(h, median_m)) return in_words(h);
+  const std::string translations = fmt::format("translations divided by {:.4g}", h.depth_factor);
+  h.depth_factor = 1;
+  const std::string rest = in_words(h);
+  return rest.empty() ? translations : translations + " and " + rest;
+}
+
+// "; with depth times 5, frames agree on 96 % of their points instead of 69 %; as well with ...".
+std::string guesses_in_words(const Examination& e) {
+  const std::vector<Explanation>& better = e.found->better;
+  std::string text =
+      fmt::format("; with {}, frames agree on {:.0f} % of their points instead of {:.0f} %",
+                  in_words(better.front().hypothesis, e.median_m), 100 * better.front().share, 100 * e.found->declared);
+  for (std::size_t i = 1; i < better.size(); ++i) {
+    text += fmt::format("{}{}", i == 1 ? "; as well with " : ", or with ", in_words(better[i].hypothesis, e.median_m));
+  }
+  return text;
+}
+
 std::string pose_remedy(const Hypothesis& h, double median_m) {
   if (is_about_translations(h, median_m)) {
-    return fmt::format("the translations of the poses are {:.3g} times what they should be ({}): write them in metres",
+    return fmt::format("the translations of the poses are {:.4g} times what they should be ({}): write them in metres",
                        h.depth_factor,
                        h.depth_factor == 1000  ? "millimetres"
                        : h.depth_factor == 100 ? "centimetres"
@@ -112,7 +121,7 @@ Check check_scale(const Examination& e) {
     check.remedy = median_remedy(e.median_m, e.notes.depth_scale);
   } else if (best != nullptr && best->depth_factor != 1 && !is_about_translations(*best, e.median_m)) {
     check.verdict = Verdict::kFailed;
-    check.evidence += guesses_in_words(*e.found);
+    check.evidence += guesses_in_words(e);
     check.remedy = factor_remedy(best->depth_factor, e.notes.depth_scale);
   } else if (!in_room) {
     // Poses that fit the depth say that both are in the same unit: an unusual scene rather than a wrong scale.
@@ -139,7 +148,7 @@ Check check_poses(const Examination& e) {
                                                is_about_translations(*best, e.median_m));
   if (about_poses) {
     check.verdict = Verdict::kFailed;
-    check.evidence += guesses_in_words(*e.found);
+    check.evidence += guesses_in_words(e);
     check.remedy = pose_remedy(*best, e.median_m);
   } else if (e.found->declared < kGoodAgreement && best == nullptr) {
     check.verdict = e.found->declared < kPoorAgreement ? Verdict::kFailed : Verdict::kWarning;
@@ -157,7 +166,7 @@ void add_focal_finding(Check& intrinsics, const Examination& e) {
   const Hypothesis* best = best_guess(e);
   if (best == nullptr || best->focal_factor == 1 || intrinsics.verdict >= Verdict::kFailed) return;
   intrinsics.verdict = Verdict::kFailed;
-  intrinsics.evidence += guesses_in_words(*e.found);
+  intrinsics.evidence += guesses_in_words(e);
   intrinsics.remedy = "the focal lengths are those of another camera or image size: give the right ones in the calibration file";
 }
 

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <map>
 #include <type_traits>
 
@@ -192,6 +191,18 @@ void add_map(const VoxelMap& map, Json& report) {
   report["map_hash"] = fmt::format("{:016x}", map.hash());
 }
 
+std::size_t labelled_vertices(const Mesh& mesh, const PanopticMap& map) {
+  std::map<PanopticId, bool> was_predicted;
+  std::size_t count = 0;
+  for (const MeshVertex& vertex : mesh.vertices) {
+    if (vertex.class_id == ClassId::kUnknown) continue;
+    const auto [at, added] = was_predicted.try_emplace(vertex.panoptic_id, true);
+    if (const Object* object = added ? map.objects.find(vertex.panoptic_id) : nullptr) at->second = object->observations > 0;
+    count += at->second ? 1 : 0;
+  }
+  return count;
+}
+
 }  // namespace
 
 Json objects_json(const Mapper& mapper, const Mesh& mesh) {
@@ -244,9 +255,7 @@ WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, co
   write_glb(folder / "scene.glb", mesh, mapper.map().labels, mapper.up());
   run.pictures ? write_views(folder / "views", mesh, mapper.up(), mapper.map().labels) : remove_views(folder / "views");
   write_json_file(folder / "report.json", report_json(mapper, options, run, mesh));
-  const auto labelled = std::count_if(mesh.vertices.begin(), mesh.vertices.end(),
-                                      [](const MeshVertex& vertex) { return vertex.class_id != ClassId::kUnknown; });
-  return {mesh.triangles.size(), static_cast<std::size_t>(labelled)};
+  return {mesh.triangles.size(), labelled_vertices(mesh, mapper.map())};
 }
 
 }  // namespace panoptic

@@ -41,7 +41,7 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
 // How much there is in what was written.
 struct WrittenMap {
   std::size_t triangles = 0;
-  std::size_t labelled_vertices = 0;  // of a class
+  std::size_t labelled_vertices = 0;  // of a class that a prediction gave, not of an object that was found by its shape alone
 };
 
 // Writes everything into the folder, each file whole or not at all, report.json last: a report that says "complete" has all

@@ -132,18 +132,18 @@ TEST(Preflight, WarnsInOneLineThatNamesTheDoctor) {
   EXPECT_THAT(run_program(quiet).err, testing::Not(HasSubstr("warning")));
 }
 
-TEST(Run, WithoutSurfaceIsAnErrorAndStillWritesItsFiles) {
+TEST(RunResult, WithoutSurfaceIsAnErrorAndStillWritesItsFiles) {
   const fs::path recording = fresh_folder("recording");
   test::write_orbit_recording(recording, 3);
   const fs::path out = fresh_folder("out");
   const ProgramResult result =
-      run_program({"run", "--no-pictures", recording.string(), "--set", "depth.max_m=0.2", "-o", out.string()});
+      run_program({"run", "--no-pictures", recording.string(), "--set", "mesher.min_weight=1000", "-o", out.string()});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(test::lines(result.err).back(), HasSubstr("no surface came of the 3 frames used"));
   EXPECT_TRUE(fs::exists(out / "report.json"));
 }
 
-TEST(Run, WithoutOneLabelThatCountedIsAnErrorAndStillWritesItsFiles) {
+TEST(RunResult, WithoutOneLabelThatCountedIsAnErrorAndStillWritesItsFiles) {
   const fs::path recording = fresh_folder("recording");
   test::write_orbit_recording(recording, 3);
   const fs::path out = fresh_folder("out");
