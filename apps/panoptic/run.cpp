@@ -122,12 +122,20 @@ void require_map(const WrittenMap& written, const RunSummary& summary, std::uint
   }
 }
 
+// " (20 x pose is not finite)": the reason for which most frames were skipped.
+std::string usual_reason(const FrameStatistics& frames) {
+  const auto& reasons = frames.skipped_by_reason();
+  const auto most =
+      std::max_element(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == reasons.end() ? "" : fmt::format(" ({} x {})", most->second, most->first);
+}
+
 // A run that went through and still gave nothing of what was asked for.
 void require_use(const Mapper& mapper, const RunSummary& summary, const MappingResult& result, const Arguments& arguments) {
   const std::uint64_t used = mapper.frames().used();
   if (used == 0) {
-    throw Error(fmt::format("{}: no frame was usable; {}/report.json lists why, panoptic doctor looks closer", arguments.dataset,
-                            arguments.output));
+    throw Error(fmt::format("{}: no frame was usable{}; {}/report.json lists why, panoptic doctor looks closer",
+                            arguments.dataset, usual_reason(mapper.frames()), arguments.output));
   }
   if (summary.without_prediction != used) return;
   if (summary.online) {

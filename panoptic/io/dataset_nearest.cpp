@@ -158,7 +158,8 @@ std::string why_no_recording(const fs::path& folder) {
   if (!is_folder(folder)) return packed_in({lower_case(folder.filename().string())});
   const std::vector<std::string> names = lower_names(folder);
   const Nearness nearest = nearest_format(names);
-  if (nearest.missing.size() < nearest.present.size()) return to_text(nearest);
+  const bool has_half = !nearest.present.empty() && nearest.missing.size() <= nearest.present.size();
+  if (has_half) return to_text(nearest);
   if (const std::string packed = packed_in(names); !packed.empty()) return packed;
   if (const auto below = recording_below(folder, 2)) return fmt::format("is {} meant?", below->string());
   return to_text(nearest);

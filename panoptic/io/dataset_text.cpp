@@ -57,6 +57,11 @@ void for_each_line(const std::filesystem::path& path, const LineCallback& callba
   for_each_line_of(read_file(path), kSeparators, callback);
 }
 
+bool is_heading(std::span<const std::string_view> words) {
+  return words.size() > 1 &&
+         std::none_of(words.begin(), words.end(), [](std::string_view w) { return to_number(w).has_value(); });
+}
+
 std::string lower_case(std::string_view text) {
   std::string lower(text);
   for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -103,17 +108,6 @@ std::optional<Eigen::Matrix4d> to_matrix(std::span<const double> numbers) {
   for (std::size_t i = 0; i < numbers.size(); ++i)
     matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) = numbers[i];
   return matrix;
-}
-
-std::vector<Eigen::Matrix4d> read_matrix_lines(const std::filesystem::path& path) {
-  std::vector<Eigen::Matrix4d> poses;
-  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
-    const auto matrix = to_matrix(to_numbers(words, path, line));
-    if (!matrix)
-      throw Error(fmt::format("{}:{}: {} numbers, expected the 16 of a 4x4 matrix", path.string(), line, words.size()));
-    poses.push_back(*matrix);
-  });
-  return poses;
 }
 
 Camera to_camera(std::span<const double> numbers, const std::string& source) {

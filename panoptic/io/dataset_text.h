@@ -27,6 +27,9 @@ void for_each_line(const std::filesystem::path& path, const LineCallback& callba
 constexpr std::string_view kMatrixSeparators = " \t\r,;[](){}";  // also of matrices as numpy, Matlab and JSON print them
 void for_each_line_of(std::string_view text, std::string_view separators, const LineCallback& callback);
 
+// A first line of several words of which none is a number: "timestamp,filename".
+bool is_heading(std::span<const std::string_view> words);
+
 std::string lower_case(std::string_view text);  // of ASCII letters; the rest stays
 
 // "1.5", "-inf", "nan"; nothing if the word is anything else.
@@ -40,9 +43,6 @@ std::vector<double> read_numbers(const std::filesystem::path& path);
 
 // 16 numbers row by row, or 12 (the last row is then 0 0 0 1); nothing for any other count.
 std::optional<Eigen::Matrix4d> to_matrix(std::span<const double> numbers);
-
-// One matrix a line. Throws Error with file and line for anything else.
-std::vector<Eigen::Matrix4d> read_matrix_lines(const std::filesystem::path& path);
 
 // fx, fy, cx, cy from these four numbers or from a 3x3, 3x4 or 4x4 matrix, row by row or column by column (the zeros tell);
 // the size stays 0. Throws Error, beginning with `source`, if they are not usable.

@@ -59,12 +59,28 @@ void sort_by_time(std::vector<T>& list) {
   std::stable_sort(list.begin(), list.end(), [](const T& a, const T& b) { return a.time_s < b.time_s; });
 }
 
+// The lines of a list without the heading that some programs write.
+void for_each_entry(const fs::path& path, const LineCallback& callback) {
+  bool is_first = true;
+  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+    if (!(is_first && is_heading(words))) callback(line, words);
+    is_first = false;
+  });
+}
+
+// Lists that were made on Windows.
+std::string with_slashes(std::string_view file) {
+  std::string path(file);
+  std::replace(path.begin(), path.end(), '\\', '/');
+  return path;
+}
+
 std::vector<StampedFile> read_file_list(const fs::path& path) {
   std::vector<StampedFile> list;
-  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
     if (words.size() != 2)
       throw Error(fmt::format("{}:{}: expected 'time file', found {} words", path.string(), line, words.size()));
-    list.push_back({to_time(words[0], path, line), std::string(words[1])});
+    list.push_back({to_time(words[0], path, line), with_slashes(words[1])});
   });
   sort_by_time(list);
   return list;
@@ -73,7 +89,7 @@ std::vector<StampedFile> read_file_list(const fs::path& path) {
 std::vector<StampedPose> read_poses(const fs::path& path) {
   constexpr std::size_t kColumns = 8;
   std::vector<StampedPose> poses;
-  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
     if (words.size() != kColumns && words.size() != kColumns + 1) {  // RTAB-Map adds a number at the end
       throw Error(fmt::format("{}:{}: expected 'time tx ty tz qx qy qz qw', found {} words", path.string(), line, words.size()));
     }
@@ -200,14 +216,14 @@ ImageLists read_separate_lists(const fs::path& folder, const PairingOptions& pai
 ImageLists read_associations(const fs::path& path) {
   constexpr std::size_t kColumns = 4;
   ImageLists lists;
-  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
     if (words.size() != kColumns) throw Error(fmt::format("{}:{}: expected 'time file time file'", path.string(), line));
     const bool depth_first = words[1].find("depth") != std::string_view::npos;
     const std::size_t d = depth_first ? 0 : 2;
     const std::size_t c = depth_first ? 2 : 0;
     lists.pairs.push_back({lists.color.size(), lists.depth.size()});
-    lists.color.push_back({to_time(words[c], path, line), std::string(words[c + 1])});
-    lists.depth.push_back({to_time(words[d], path, line), std::string(words[d + 1])});
+    lists.color.push_back({to_time(words[c], path, line), with_slashes(words[c + 1])});
+    lists.depth.push_back({to_time(words[d], path, line), with_slashes(words[d + 1])});
   });
   return lists;
 }

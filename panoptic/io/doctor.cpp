@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include "panoptic/io/doctor_checks.h"
@@ -38,6 +40,19 @@ double median_depth_m(const std::vector<FrameFacts>& frames) {
   return median(std::move(medians));
 }
 
+// Of guesses that noise cannot tell apart, those come first that make the scale one that programs write: metres, 256 and 512
+// parts of one, millimetres and their quarters and tenths, TUM's and Replica's.
+void put_usual_scales_first(std::vector<Explanation>& guesses, double scale) {
+  constexpr std::array<double, 8> kUsual = {1, 256, 512, 1000, 4000, 5000, 6553.5, 10000};
+  constexpr double kSame = 1e-3;
+  const auto is_usual = [scale](const Explanation& guess) {
+    if (guess.hypothesis.depth_factor == 1) return true;
+    const double right = scale / guess.hypothesis.depth_factor;
+    return std::any_of(kUsual.begin(), kUsual.end(), [right](double usual) { return std::abs(right / usual - 1) < kSame; });
+  };
+  if (scale > 0) std::stable_partition(guesses.begin(), guesses.end(), is_usual);
+}
+
 // Adds what takes pairs of frames to know.
 void compare_frames(Examination& e, const Dataset& dataset, const DoctorOptions& options) {
   std::vector<PairFacts> pairs = find_pairs(dataset, options.pairs);
@@ -46,7 +61,9 @@ void compare_frames(Examination& e, const Dataset& dataset, const DoctorOptions&
     if (pairs[i].step_m && !knows_poses) e.steps.push_back({i * dataset.size() / pairs.size(), *pairs[i].step_m});
     if (pairs[i].pair) e.pairs.push_back(std::move(*pairs[i].pair));
   }
-  if (e.pairs.size() >= kFewestPairs) e.found = explain(e.pairs, e.median_m);
+  if (e.pairs.size() < kFewestPairs) return;
+  e.found = explain(e.pairs, e.median_m);
+  put_usual_scales_first(e.found->better, e.notes.depth_scale);
 }
 
 void add_notes(DoctorReport& report, const RecordingNotes& notes) {

@@ -204,11 +204,6 @@ PoseRow to_row(std::size_t line, std::span<const std::string_view> words, const 
   return row;
 }
 
-bool is_heading(std::span<const std::string_view> words) {
-  return words.size() > 1 &&
-         std::none_of(words.begin(), words.end(), [](std::string_view w) { return to_number(w).has_value(); });
-}
-
 std::vector<PoseRow> rows_of(const std::string& text, const std::string& path) {
   std::vector<PoseRow> rows;
   bool first = true;

@@ -257,7 +257,8 @@ TEST(Folders, NameTheNearestFormatAndWhatItLacks) {
   EXPECT_THAT(error_of(root),
               HasSubstr("nearest is plain folder: it has images/ (or color/, rgb/), depth/, K.txt and lacks poses.txt"));
   const fs::path replica = fresh_folder("room0");
-  fs::create_directories(replica / "results");
+  write_text(replica / "results" / "frame000000.jpg", "as a flat folder has it");
+  write_text(replica / "results" / "depth000000.png", "as a flat folder has it");
   EXPECT_THAT(error_of(replica), HasSubstr("nearest is Replica: it has results/ and lacks traj.txt"));
   const fs::path zips = fresh_folder("zips");
   write_text(zips / "seq-01.zip", "PK");

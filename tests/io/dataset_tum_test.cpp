@@ -57,6 +57,18 @@ TEST(TumReader, PairsTheSmallestDifferencesFirstAndUsesEachImageOnce) {
   EXPECT_EQ(reason(*dataset, 3), "no depth image within 0.02 s");
 }
 
+TEST(TumReader, ReadsListsWithHeadingsAndBackslashes) {
+  const fs::path root = fresh_folder("tum");
+  write_tum(root);
+  write_text(root / "rgb.txt", "timestamp,filename\n1000.0,rgb\\1000.0000.png\n1001.0,rgb\\1001.0000.png\n");
+  write_text(root / "depth.txt", "timestamp,filename\r\n1000.0,depth\\1000.0000.png\r\n1001.0,depth\\1001.0000.png\r\n");
+  write_text(root / "groundtruth.txt", "timestamp tx ty tz qx qy qz qw\n1000 1 2 3 0 0 0 1\n1001 4 5 6 0 0 0 1\n");
+  const auto dataset = open_recording(root);
+  ASSERT_EQ(dataset->size(), 2U);
+  EXPECT_EQ(dataset->read(1).frame->color, color_image(1));
+  EXPECT_TRUE(dataset->read(1).frame->world_from_camera.translation().isApprox(Vec3d(4, 5, 6)));
+}
+
 TEST(TumReader, InterpolatesPosesBetweenCloseNeighboursOnly) {
   const fs::path root = fresh_folder("tum");
   write_tum(root);

@@ -79,6 +79,16 @@ TEST(Preflight, NamesTheScaleToWrite) {
   expect_only(preflight(room), "depth scale", Verdict::kFailed, "write [depth] scale = 5000 in the calibration file, not 1000");
 }
 
+TEST(Preflight, NamesTheUsualScaleWhereAnotherFitsAsWell) {
+  BoxRoom room = walk_through_a_room();
+  room.depth_factor = 0.2;
+  room.camera.fx = room.camera.fy = 120;  // the true ones are 140: 4 fits as well as 5
+  room.told_notes.depth_scale = 5000;
+  const Check check = check_named(preflight(room), "depth scale");
+  EXPECT_THAT(check.evidence, HasSubstr("depth times 4")) << check.evidence;
+  EXPECT_THAT(check.remedy, HasSubstr("write [depth] scale = 1000 in the calibration file, not 5000")) << check.evidence;
+}
+
 TEST(Preflight, RefusesDepthThatNoCameraMeasures) {
   BoxRoom room = walk_through_a_room();
   room.depth_factor = 0.001;
