@@ -14,9 +14,9 @@
 
 namespace panoptic {
 
-// Writes a mesh, binary little endian; vertices float x y z nx ny nz, uchar red green blue, ushort class_id, uint panoptic_id;
-// faces `list uchar int vertex_indices`. Metres, world axes. Written whole or not at all. Throws Error if the file cannot be
-// written or the mesh has more than 2^31 - 1 vertices (faces hold signed 32-bit indices).
+// Writes a mesh, binary little endian; vertices float x y z nx ny nz, uint8 red green blue, uint16 class_id, int32 panoptic_id
+// (its bits); faces `list uchar int vertex_indices`. Metres, world axes. Written whole or not at all. Throws Error if the file
+// cannot be written or the mesh has more than 2^31 - 1 vertices (faces hold signed 32-bit indices).
 void write_ply(const std::filesystem::path& path, const Mesh& mesh);
 
 // Reads what write_ply writes and what it wrote in earlier versions, with a ushort panoptic_id; nothing else. Throws Error

@@ -40,15 +40,15 @@ double median_depth_m(const std::vector<FrameFacts>& frames) {
   return median(std::move(medians));
 }
 
-// Of guesses that noise cannot tell apart, those come first that make the scale one that programs write: metres, 256 and 512
-// parts of one, millimetres and their quarters and tenths, TUM's and Replica's.
+// Puts first those guesses, of some that noise cannot tell apart, that make the scale one that programs write: metres, 256 or 512
+// parts of one, millimetres, their quarters and tenths, TUM's and Replica's.
 void put_usual_scales_first(std::vector<Explanation>& guesses, double scale) {
   constexpr std::array<double, 8> kUsual = {1, 256, 512, 1000, 4000, 5000, 6553.5, 10000};
   constexpr double kSame = 1e-3;
-  const auto is_usual = [scale](const Explanation& guess) {
+  const auto is_usual = [&](const Explanation& guess) {
     if (guess.hypothesis.depth_factor == 1) return true;
     const double right = scale / guess.hypothesis.depth_factor;
-    return std::any_of(kUsual.begin(), kUsual.end(), [right](double usual) { return std::abs(right / usual - 1) < kSame; });
+    return std::any_of(kUsual.begin(), kUsual.end(), [&](double usual) { return std::abs(right / usual - 1) < kSame; });
   };
   if (scale > 0) std::stable_partition(guesses.begin(), guesses.end(), is_usual);
 }

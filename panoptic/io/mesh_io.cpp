@@ -38,16 +38,17 @@ constexpr std::string_view kVertexElement = "element vertex ";
 constexpr std::array<std::string_view, 10> kVertexProperties = {
     "property float x",  "property float y",   "property float z",     "property float nx",   "property float ny",
     "property float nz", "property uint8 red", "property uint8 green", "property uint8 blue", "property uint16 class_id"};
-constexpr std::string_view kIdProperty = "property uint32 panoptic_id";
+constexpr std::string_view kIdProperty = "property int32 panoptic_id";
 constexpr std::string_view kShortIdProperty = "property uint16 panoptic_id";  // before ids had 32 bits
 constexpr std::string_view kFaceElement = "element face ";
 constexpr std::array<std::string_view, 2> kClosing = {"property list uchar int vertex_indices", "end_header"};
 
 // The line with the type's name as this program writes it: PLY has two for each whole number, and earlier versions used the
-// other. meshio reads ushort not at all and uchar as signed, so the names with sizes are written.
+// other. Neither meshio nor Open3D knows ushort, so the names with sizes are written; and Open3D leaves out what is unsigned and
+// has 32 bits, so ids are written as signed, of the same bits.
 std::string with_sized_type(std::string_view line) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kNames = {
-      {{"property uchar ", "uint8"}, {"property ushort ", "uint16"}, {"property uint ", "uint32"}}};
+      {{"property uchar ", "uint8"}, {"property ushort ", "uint16"}, {"property uint ", "int32"}}};
   for (const auto& [old, sized] : kNames) {
     if (line.starts_with(old)) return fmt::format("property {} {}", sized, line.substr(old.size()));
   }

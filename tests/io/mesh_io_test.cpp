@@ -65,7 +65,7 @@ TEST(MeshIo, WritesTheDocumentedHeaderAndRecords) {
   const std::string header =
       "ply\nformat binary_little_endian 1.0\ncomment PanopticFusion: metres, world axes of the recording\nelement vertex 3\n"
       "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
-      "property uint8 red\nproperty uint8 green\nproperty uint8 blue\nproperty uint16 class_id\nproperty uint32 panoptic_id\n"
+      "property uint8 red\nproperty uint8 green\nproperty uint8 blue\nproperty uint16 class_id\nproperty int32 panoptic_id\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
   ASSERT_EQ(bytes.substr(0, header.size()), header);
   ASSERT_EQ(bytes.size(), header.size() + 3 * kVertexBytes + kFaceBytes);
@@ -104,7 +104,7 @@ TEST(MeshIo, ReadsMeshesWithShortIds) {
   const std::string bytes = bytes_of(mesh, folder);
   const std::size_t records = bytes.find("end_header\n") + 11;
   std::string old =
-      replaced(replaced(bytes.substr(0, records), "uint32 panoptic_id", "ushort panoptic_id"), "uint8 red", "uchar red");
+      replaced(replaced(bytes.substr(0, records), "int32 panoptic_id", "ushort panoptic_id"), "uint8 red", "uchar red");
   for (std::size_t i = 0; i < 3; ++i) old += bytes.substr(records + i * kVertexBytes, kVertexBytes - 2);
   old += bytes.substr(records + 3 * kVertexBytes);
   std::ofstream(folder / "old.ply", std::ios::binary) << old;
@@ -115,8 +115,17 @@ TEST(MeshIo, ReadsMeshesWithShortIds) {
     EXPECT_EQ(read.vertices[i].panoptic_id, mesh.vertices[i].panoptic_id);
   }
   EXPECT_THAT(why_refused(folder, old + "xx"), HasSubstr("bytes follow the header"));
-  EXPECT_THAT(why_refused(folder, replaced(bytes, "uint32 panoptic_id", "int32 panoptic_id")),
-              HasSubstr("line 15 is not 'property uint32 panoptic_id'"));
+  EXPECT_THAT(why_refused(folder, replaced(bytes, "int32 panoptic_id", "float panoptic_id")),
+              HasSubstr("line 15 is not 'property int32 panoptic_id'"));
+}
+
+TEST(MeshIo, ReadsIdsThatAreCalledUnsigned) {
+  const auto folder = test::fresh_folder("mesh_io_unsigned");
+  const Mesh mesh = one_triangle();
+  const std::string bytes = bytes_of(mesh, folder);
+  std::ofstream(folder / "old.ply", std::ios::binary) << replaced(bytes, "int32 panoptic_id", "uint panoptic_id");
+  const Mesh read = read_ply(folder / "old.ply");
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(read.vertices[i].panoptic_id, mesh.vertices[i].panoptic_id);
 }
 
 TEST(MeshIo, AnEmptyMeshIsAFileToo) {
