@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "panoptic/analysis/evidence.h"
+#include "panoptic/evidence.h"
 #include "panoptic/image.h"
 
 namespace panoptic {

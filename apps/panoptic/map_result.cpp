@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "apps/panoptic/commands.h"
-#include "panoptic/eval/vertex_labels.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/saved_snapshot.h"
@@ -23,11 +22,10 @@ bool is_map_file(const std::string& path) {
 
 LabelledMap map_to_score(const std::string& path, std::vector<std::string>& warnings) {
   const SavedMap saved = load_map_and_tell(path);
-  LabelledMap map = labelled_map(saved.map, mesh_of(saved));
+  LabelledMap map = labelled_map(saved.map, mesh_of(saved), &warnings);
   if (!is_complete(saved)) {
     warnings.push_back(fmt::format("{}: a checkpoint; this is the map of the first frames of its recording", path));
   }
-  for (std::string& line : foreign_classes(map.labels)) warnings.push_back(std::move(line));
   return map;
 }
 

@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "panoptic/error.h"
-#include "panoptic/io/run_files.h"
 #include "panoptic/map/block_key.h"
+#include "panoptic/run_files.h"
 #include "panoptic/voxel_map.h"
 
 namespace panoptic {

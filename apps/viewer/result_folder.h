@@ -17,7 +17,7 @@ struct OpenedResult {
   std::shared_ptr<const Snapshot> snapshot;  // revision 1, finished, no frame
 };
 
-// Throws Error as io/run_files.h does, and if the files do not fit one another.
+// Throws Error as run_files.h does, and if the files do not fit one another.
 OpenedResult open_result(const std::filesystem::path& folder);
 
 // The mesh in chunks: each triangle goes to the block of the cell that it lies in, and takes its vertices along, so those at

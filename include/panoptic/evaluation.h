@@ -46,8 +46,9 @@ struct LabelledMap {
   double voxel_size_m = 0;
 };
 
-// The map with its surface, and confidence in the objects that the surface shows.
-LabelledMap labelled_map(const PanopticMap& map, Mesh mesh);
+// The map with its surface, and confidence in the objects that the surface shows. `warnings`, if given, hears of classes that
+// NYU40 does not have.
+LabelledMap labelled_map(const PanopticMap& map, Mesh mesh, std::vector<std::string>* warnings = nullptr);
 
 // mesh.ply, objects.json and report.json of a run's folder. Throws Error naming the file; `warnings`, if given, hears of an
 // incomplete run and of classes that NYU40 does not have.
@@ -174,6 +175,9 @@ struct Scores {
 
 // A table of classes and means for a person, in percent, with the coverage and the rules of the count.
 std::string to_table(const Scores& scores);
+
+// The same for a program, as `panoptic eval --json` prints it but for its settings: fractions from 0 to 1, undefined is null.
+std::string to_json_text(const Scores& scores);
 
 // Not thread-safe.
 class Evaluation {

@@ -20,14 +20,41 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "panoptic/frame.h"
+#include "panoptic/labels.h"
+#include "panoptic/mesh.h"
 #include "panoptic/options.h"
 #include "panoptic/predictor.h"
 #include "panoptic/profile.h"
+#include "panoptic/segmentation.h"
 #include "panoptic/source.h"
 
 namespace panoptic {
+
+// An object of a published map: one that has surface.
+struct SnapshotObject {
+  PanopticId id = PanopticId::kUnknown;
+  ClassId class_id = ClassId::kUnknown;
+  std::vector<ClassProbability> probabilities;  // Eq. 12, sorted by class id
+  std::int64_t first_frame = 0;
+  std::int64_t last_frame = 0;
+  std::uint64_t observations = 0;
+  std::uint64_t vertices = 0;   // of the surface; chunk borders count twice
+  Vec3f min_m = Vec3f::Zero();  // axis-aligned box of those vertices, world
+  Vec3f max_m = Vec3f::Zero();
+};
+
+// The map as it was published last: a copy that stays as it is.
+struct PublishedMap {
+  std::uint64_t revision = 0;           // rises with every snapshot; 0 = nothing yet
+  std::int64_t frame = -1;              // the newest frame in it; -1: none
+  Mesh mesh;                            // vertices on the border of two blocks are there twice
+  std::vector<SnapshotObject> objects;  // ascending ids
+  std::vector<Vec3f> path_m;            // where the camera was, thinned
+  bool finished = false;                // no newer one will come
+};
 
 class LatestSnapshot;
 class Mapper;
@@ -50,7 +77,7 @@ struct OnlineReport {
   std::exception_ptr failure;  // what a stage threw: the map holds what was fused by then; else null
 };
 
-// Threads: push, push_when_free, skip, stop and stopped may be called from any thread; finish and the destructor from
+// Threads: push, push_when_free, skip, published, stop and stopped may be called from any thread; finish and the destructor from
 // the one that made the pipeline. From construction until finish returns the pipeline alone uses the mapper and the predictor.
 class OnlinePipeline {
  public:
@@ -80,6 +107,9 @@ class OnlinePipeline {
   bool push_when_free(Frame frame);
   // Counts a frame that could not even be read.
   void skip(const SkippedFrame& frame);
+
+  // The newest snapshot, every online.mesh_every_s. Takes the time of copying the surface, and holds up nobody.
+  PublishedMap published() const;
 
   // Takes no more frames; what was taken is still mapped. The first reason counts.
   void stop(const std::string& why);

@@ -7,7 +7,7 @@
 
 #include "panoptic/eval/vertex_labels.h"
 #include "panoptic/evaluation.h"
-#include "panoptic/io/run_files.h"
+#include "panoptic/run_files.h"
 
 namespace panoptic {
 namespace {

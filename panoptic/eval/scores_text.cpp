@@ -173,6 +173,8 @@ Json to_json(const Scores& scores) {
   return json;
 }
 
+std::string to_json_text(const Scores& scores) { return to_json(scores).dump(); }
+
 std::string to_csv(const Scores& scores) {
   const std::vector<Column> columns = columns_of(scores);
   std::string text = "class,class id";

@@ -90,7 +90,10 @@ double object_confidence(double class_probability, double observations) {
   return class_probability * observations / (observations + kHalfTrusted);
 }
 
-LabelledMap labelled_map(const PanopticMap& map, Mesh mesh) {
+LabelledMap labelled_map(const PanopticMap& map, Mesh mesh, std::vector<std::string>* warnings) {
+  if (warnings != nullptr) {
+    for (std::string& line : foreign_classes(map.labels)) warnings->push_back(std::move(line));
+  }
   LabelledMap result{std::move(mesh), map.labels, {}, static_cast<double>(map.voxels.voxel_size_m())};
   for (const MeshVertex& vertex : result.mesh.vertices) {
     const Object* object = map.objects.find(vertex.panoptic_id);

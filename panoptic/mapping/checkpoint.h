@@ -19,6 +19,7 @@
 #include "panoptic/mapper.h"
 #include "panoptic/options.h"
 #include "panoptic/profile.h"
+#include "panoptic/run_outputs.h"
 
 namespace panoptic {
 
@@ -34,8 +35,6 @@ struct RunIdentity {
 
 // The text that a map file keeps of options, `key = value` a line: without those that say where a map lies in memory.
 std::string options_text(Options options);
-// Those of a map file. Throws Error.
-Options options_of(const SavedMap& saved);
 
 // The record of a frame that was handed to a mapper, without its position.
 FrameRecord record_of(const Frame& frame, bool labelled, const Outcome& outcome);

@@ -12,6 +12,7 @@
 #include "panoptic/base/config.h"
 #include "panoptic/mapping/online_stages.h"
 #include "panoptic/mapping/option_fields.h"
+#include "panoptic/mapping/published_map.h"
 #include "panoptic/profile.h"
 
 namespace panoptic {
@@ -54,16 +55,18 @@ struct OnlinePipeline::Inside {
   bool take(Frame frame, bool when_free);
 
   LatestSnapshot unseen;  // where nobody looks on
+  LatestSnapshot& latest;
   SharedRun run;
   std::jthread fusion, networks, semantic, regularizer, mesher;
   std::optional<OnlineReport> report;
 };
 
 OnlinePipeline::Inside::Inside(const Parts& parts, const OnlineOptions& options)
-    : run{.parts = parts,
+    : latest(parts.latest != nullptr ? *parts.latest : unseen),
+      run{.parts = parts,
           .options = options,
           .halves = parts.predictor != nullptr ? parts.predictor->halves() : std::nullopt,
-          .publisher = SnapshotPublisher(parts.latest != nullptr ? *parts.latest : unseen),
+          .publisher = SnapshotPublisher(latest),
           .jobs = BoundedQueue<FusionJob>(static_cast<std::size_t>(options.waiting_frames))} {}
 
 OnlinePipeline::OnlinePipeline(const Parts& parts, const OnlineOptions& options)
@@ -121,6 +124,10 @@ void OnlinePipeline::skip(const SkippedFrame& frame) {
     if (run.parts.recorder != nullptr) run.parts.recorder->not_given({.frame = frame.index, .unused_because = frame.reason});
   }
   run.counters.unreadable();
+}
+
+PublishedMap OnlinePipeline::published() const {
+  return published_map(*inside_->latest.newest(), inside_->run.parts.mapper.map().labels);
 }
 
 void OnlinePipeline::stop(const std::string& why) { inside_->run.control.stop(why); }

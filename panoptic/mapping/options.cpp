@@ -16,6 +16,7 @@
 #include "panoptic/meshing/mesher.h"
 #include "panoptic/objects/object_maintenance.h"
 #include "panoptic/predict/option_fields.h"
+#include "panoptic/run_outputs.h"
 
 namespace panoptic {
 
@@ -62,5 +63,10 @@ Options load_options(const std::filesystem::path& path) {
 }
 
 void set_option(Options& options, const std::string& assignment) { set_field(fields(options), assignment); }
+
+std::string to_toml(const Options& options) {
+  Options copy = options;
+  return to_toml(fields(copy));
+}
 
 }  // namespace panoptic

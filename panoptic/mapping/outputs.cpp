@@ -249,8 +249,7 @@ WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, co
   const Mesh mesh = mapper.mesh();
   write_ply(folder / "mesh.ply", mesh);
   write_json_file(folder / "objects.json", objects_json(mapper, mesh));
-  Options copy = options;
-  write_file(folder / "options.toml", to_toml(fields(copy)));
+  write_file(folder / "options.toml", to_toml(options));
   write_file(folder / "trajectory.txt", trajectory_text(mapper.frames().trajectory()));
   write_glb(folder / "scene.glb", mesh, mapper.map().labels, mapper.up());
   run.pictures ? write_views(folder / "views", mesh, mapper.up(), mapper.map().labels) : remove_views(folder / "views");

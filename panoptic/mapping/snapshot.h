@@ -17,7 +17,7 @@
 #include "panoptic/image.h"
 #include "panoptic/labels.h"
 #include "panoptic/meshing/mesher.h"
-#include "panoptic/segmentation.h"
+#include "panoptic/online.h"
 #include "panoptic/voxel_map.h"
 
 namespace panoptic {
@@ -28,18 +28,6 @@ struct SnapshotChunk {
   BlockIndex index;
   std::uint64_t version = 0;                 // the revision of the snapshot that first had this content
   std::shared_ptr<const MeshChunk> surface;  // never null
-};
-
-struct SnapshotObject {
-  PanopticId id = PanopticId::kUnknown;
-  ClassId class_id = ClassId::kUnknown;
-  std::vector<ClassProbability> probabilities;  // Eq. 12, sorted by class id
-  std::int64_t first_frame = 0;
-  std::int64_t last_frame = 0;
-  std::uint64_t observations = 0;
-  std::uint64_t vertices = 0;   // of the surface; chunk borders count twice
-  Vec3f min_m = Vec3f::Zero();  // axis-aligned box of those vertices, world
-  Vec3f max_m = Vec3f::Zero();
 };
 
 // The newest frame that was fused, and what was seen in it.

@@ -7,6 +7,7 @@
 
 #include "panoptic/meshing/weld.h"
 #include "panoptic/parallel.h"
+#include "panoptic/surface.h"
 
 namespace panoptic {
 namespace {
@@ -67,6 +68,12 @@ Mesh Mesher::assemble(const PanopticMap& map) const {
   ClassOfId class_of(map);
   for (MeshVertex& v : mesh.vertices) v.class_id = class_of(v.panoptic_id);
   return mesh;
+}
+
+Mesh surface_of(const PanopticMap& map, const MesherOptions& options) {
+  Mesher mesher(options);
+  mesher.update(map);
+  return mesher.assemble(map);
 }
 
 }  // namespace panoptic

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "panoptic/io/run_files.h"
+#include "panoptic/run_files.h"
 
 namespace panoptic {
 
@@ -16,7 +16,7 @@ struct Evidence {
   RunObject object;  // another one if the object that was asked for became part of it
 };
 
-// Throws Error as io/run_files.h does, or if there is no such object.
+// Throws Error as run_files.h does, or if there is no such object.
 Evidence read_evidence(const std::filesystem::path& run, PanopticId id);
 
 // Several lines for a person.
