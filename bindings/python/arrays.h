@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Between NumPy and the library: the only place that looks at the type, shape and strides of an array.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bindings/python/bind.h"
+#include "panoptic/geometry.h"
+#include "panoptic/image.h"
+
+namespace panoptic::python {
+
+// The array behind an object that numpy.asarray takes: itself, a tensor's memory, or a copy of a list. `what` names it in
+// messages. Throws Error.
+py::array array_of(const py::handle& object, const char* what);
+// "float64 of shape (480, 640)"
+std::string text_of(const py::array& array);
+
+// Arrays whose memory something reads.
+using Lent = std::vector<py::object>;
+
+// f32 metres, or u16 that `depth_scale` divides to metres; (height, width). Metres are read where they lie, as long as `lent`
+// lives. Throws Error.
+SharedImage<float> depth_image(const py::handle& object, std::optional<double> depth_scale, Lent& lent);
+// u8 (height, width, 3), red first; read where it lies. Throws Error.
+SharedImage<Rgb> color_image(const py::handle& object, Lent& lent);
+
+// An image of whole numbers of any type, read where it lies, row by row.
+class WholeNumbers {
+ public:
+  WholeNumbers(const py::handle& object, const char* what);  // throws Error
+
+  int width() const { return static_cast<int>(array_.shape(1)); }
+  int height() const { return static_cast<int>(array_.shape(0)); }
+  const py::array& array() const { return array_; }
+  // A row as 64 bits, until the next call.
+  std::span<const std::int64_t> row(int v);
+
+ private:
+  using Widen = void (*)(const char* from, py::ssize_t stride, std::span<std::int64_t> to);
+
+  py::array array_;
+  Widen widen_;
+  std::vector<std::int64_t> row_;
+};
+
+// bool or u8 as bytes, (count, height, width), one row after another. Throws Error.
+py::array_t<std::uint8_t> mask_stack(const py::handle& object, const char* what);
+
+// A 4x4 matrix that is a rigid transform, or nearly. Throws Error.
+Pose pose_from(const py::handle& object, const char* what);
+// fx, fy, cx and cy of a 3x3 matrix, or a Camera, for images of this size. Throws Error.
+Camera camera_from(const py::handle& object, const char* what, int width, int height);
+// Three finite numbers. Throws Error.
+Vec3d point_from(const py::handle& object, const char* what);
+
+py::array matrix_of(const Pose& pose);
+py::array matrix_of(const Camera& camera);
+py::array vector_of(const Vec3d& vector);
+
+// An array that reads memory of `owner` and keeps it alive. It cannot be written to.
+template <typename T>
+py::array view(const T* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides, const py::handle& owner) {
+  py::array array(py::dtype::of<T>(), std::move(shape), std::move(strides), data, owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+template <typename T>
+py::array image_view(const ImageView<T>& image, const py::handle& owner) {
+  const T* first = image.empty() ? nullptr : image.row(0);
+  return view(first, {image.height(), image.width()}, {image.row_bytes(), py::ssize_t{sizeof(T)}}, owner);
+}
+inline py::array image_view(const ImageView<Rgb>& image, const py::handle& owner) {
+  const auto* first = image.empty() ? nullptr : &image.row(0)->r;
+  return view(first, {image.height(), image.width(), 3}, {image.row_bytes(), py::ssize_t{sizeof(Rgb)}, 1}, owner);
+}
+
+}  // namespace panoptic::python

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "bindings/python/bind.h"
+#include "panoptic/map.h"
+#include "panoptic/query.h"
+
+namespace panoptic::python {
+
+// An object, and the name of its class.
+struct NamedObject {
+  FoundObject object;
+  std::string class_name;
+};
+NamedObject named(const FoundObject& object, const LabelSet& labels);
+
+// Everything that the registry knows of an object, by name. Throws Error if there is none with this id.
+py::dict explain_object(const PanopticMap& map, std::int64_t id);
+
+void bind_objects(py::module_& m);
+
+}  // namespace panoptic::python

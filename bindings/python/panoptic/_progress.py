@@ -1,0 +1,12 @@
+# SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+# SPDX-License-Identifier: Apache-2.0
+"""A progress bar, where tqdm is installed."""
+
+
+def progress(frames, **bar):
+    """The same frames with tqdm's bar (`bar` goes to tqdm), or without one where tqdm is not installed."""
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        return frames
+    return tqdm(frames, **bar)

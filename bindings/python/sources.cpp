@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/source.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "bindings/python/bind.h"
+#include "panoptic/simulation.h"
+
+namespace panoptic::python {
+namespace {
+
+// Frames of a dataset in order, decoded ahead.
+class Frames {
+ public:
+  Frames(std::shared_ptr<Dataset> dataset, const FrameRange& range)
+      : dataset_(std::move(dataset)),
+        left_(range.count(dataset_->size())),
+        stream_(std::make_unique<FrameStream>(*dataset_, range)) {}
+
+  std::shared_ptr<Frame> next() {
+    const Use use(use_);
+    while (left_ > 0) {
+      std::optional<ReadResult> read = released([&] { return stream_->next(); });
+      if (!read) break;
+      --left_;
+      if (read->frame) return std::make_shared<Frame>(kept(std::move(*read->frame)));
+      skipped_.emplace_back(read->skipped.index, read->skipped.reason);
+    }
+    throw py::stop_iteration();
+  }
+  std::size_t left() const { return left_; }
+  const std::vector<std::pair<std::int64_t, std::string>>& skipped() const { return skipped_; }
+
+ private:
+  std::shared_ptr<Dataset> dataset_;  // outlives the stream
+  std::size_t left_;
+  WithThreads<FrameStream> stream_;
+  Exclusive use_{"sequence of frames"};
+  std::vector<std::pair<std::int64_t, std::string>> skipped_;
+};
+
+std::shared_ptr<Frame> read(const Dataset& dataset, std::int64_t position) {
+  const auto size = static_cast<std::int64_t>(dataset.size());
+  if (position < 0) position += size;
+  if (position < 0 || position >= size) throw py::index_error(fmt::format("there are {} frames", size));
+  ReadResult result = released([&] { return dataset.read(static_cast<std::size_t>(position)); });
+  if (!result.frame) throw Error(fmt::format("frame {}: {}", result.skipped.index, result.skipped.reason));
+  return std::make_shared<Frame>(kept(std::move(*result.frame)));
+}
+
+std::shared_ptr<Dataset> open(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& calibration) {
+  return released(
+      [&] { return std::shared_ptr<Dataset>(open_dataset(recording.string(), calibration.value_or(std::filesystem::path()))); });
+}
+
+}  // namespace
+
+void bind_sources(py::module_& m) {
+  py::class_<Frames, std::shared_ptr<Frames>>(m, "Frames", "Frames of a dataset in order, decoded ahead on another thread.")
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &Frames::next)
+      .def("__len__", &Frames::left, "Positions that are left, for progress bars: unusable frames count too.")
+      .def_property_readonly("skipped", &Frames::skipped, "(number, reason) of each frame so far that could not be used.");
+
+  py::class_<Dataset, std::shared_ptr<Dataset>>(m, "Dataset",
+                                                R"(A recording of posed RGB-D frames: iterate over it, or dataset[position].
+
+A frame that cannot be used is left out when iterating, and listed in frames().skipped; dataset[position] raises Error for it.)")
+      .def_property_readonly("description", &Dataset::description)
+      .def("__len__", &Dataset::size)
+      .def("__getitem__", &read, py::arg("position"))
+      .def("__iter__", [](std::shared_ptr<Dataset> d) { return std::make_shared<Frames>(std::move(d), FrameRange{}); })
+      .def(
+          "frames",
+          [](std::shared_ptr<Dataset> d, const std::string& range) {
+            return std::make_shared<Frames>(std::move(d), range.empty() ? FrameRange{} : parse_frame_range(range));
+          },
+          py::arg("range") = "", R"(The frames at positions "A:B:STEP", each part optional, B excluded.)")
+      .def("__repr__", [](const Dataset& d) { return fmt::format("<Dataset {}>", d.description()); });
+
+  m.def(
+      "open_dataset", &open, py::arg("path"), py::arg("calibration") = py::none(),
+      R"(Opens a recording (ScanNet, 7-Scenes, TUM RGB-D, Replica, plain folders), or a simulated home: open_dataset("sim:7,rooms=2").)");
+}
+
+}  // namespace panoptic::python

@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scores, simulated homes, two maps of one place, and the evidence of a run on disk.
+#include <fmt/format.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bindings/python/arrays.h"
+#include "bindings/python/map.h"
+#include "bindings/python/objects.h"
+#include "bindings/python/values.h"
+#include "panoptic/evaluation.h"
+#include "panoptic/evidence.h"
+#include "panoptic/map_pairs.h"
+#include "panoptic/parallel.h"
+#include "panoptic/simulation.h"
+#include "panoptic/surface.h"
+
+namespace panoptic::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+py::object from_json(const std::string& text) { return py::module_::import("json").attr("loads")(text); }
+
+void warn(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) py::module_::import("warnings").attr("warn")(line, py::arg("stacklevel") = 2);
+}
+
+LabelledMap to_score(const MapView& view, std::vector<std::string>& warnings) {
+  const Use use(*view.use);
+  return released([&] { return labelled_map(view.map, surface_of(view.map, view.options.mesher), &warnings); });
+}
+
+py::object evaluate(const py::object& what, const fs::path& truth, const std::string& variant,
+                    const std::optional<fs::path>& category_map) {
+  std::vector<std::string> warnings;
+  const bool is_map = py::isinstance<MapView>(what);
+  std::optional<LabelledMap> map;
+  if (is_map) map = to_score(*what.cast<std::shared_ptr<MapView>>(), warnings);
+  const fs::path folder = is_map ? fs::path() : what.cast<fs::path>();
+  const std::string scores = released([&] {
+    if (!is_map) map = read_run_folder(folder, &warnings);
+    Evaluation evaluation(variant);
+    evaluation.add(*map, read_scan_truth(truth, category_map.value_or(fs::path()), &warnings));
+    return to_json_text(evaluation.scores());
+  });
+  warn(warnings);
+  return from_json(scores);
+}
+
+// Ctrl-C ends it, and leaves nothing.
+void make_home(const fs::path& folder, const py::object& progress, const py::kwargs& settings) {
+  std::vector<std::string> assignments;
+  for (const auto& [key, value] : settings) {
+    const std::string name = py::str(key);
+    const bool is_text = name == "seed" || name == "noise" || name == "predictions";
+    assignments.push_back(fmt::format("{}={}", name, is_text ? std::string(py::str(value)) : toml_value(value, name)));
+  }
+  std::optional<py::error_already_set> raised;
+  const auto watch = [&](std::size_t done, std::size_t frames) {
+    const py::gil_scoped_acquire lock;
+    if (is_ending()) return false;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (!progress.is_none()) progress(done, frames);
+    } catch (py::error_already_set& e) {
+      raised.emplace(std::move(e));
+    }
+    return !raised.has_value();
+  };
+  const bool whole = released([&] { return simulate(folder, assignments, watch); });
+  if (raised) throw std::move(*raised);
+  if (!whole) throw Error("the program is ending: the home is not written");
+}
+
+py::list votes_of(const RunObject& o) {
+  py::list stretches;
+  for (const RunObject::Votes& v : o.votes) {
+    const py::dict classes(py::cast(std::map(v.of_class.begin(), v.of_class.end())));
+    stretches.append(py::dict(py::arg("first_frame") = v.first_frame, py::arg("classes") = classes));
+  }
+  return stretches;
+}
+
+py::list views_of(const RunObject& o) {
+  py::list views;
+  for (const RunObject::View& v : o.best_views) {
+    views.append(py::dict(py::arg("frame") = v.frame, py::arg("class") = v.class_name, py::arg("score") = v.score,
+                          py::arg("visible_px") = v.visible_px,
+                          py::arg("box") = py::make_tuple(v.box.u0, v.box.v0, v.box.u1, v.box.v1)));
+  }
+  return views;
+}
+
+py::dict explain(const fs::path& folder, std::uint32_t id) {
+  const Evidence evidence = released([&] { return read_evidence(folder, static_cast<PanopticId>(id)); });
+  const RunObject& o = evidence.object;
+  py::dict answer;
+  answer["id"] = number(o.id);
+  answer["class"] = o.class_name;
+  answer["probabilities"] = std::map(o.probabilities.begin(), o.probabilities.end());
+  answer["observations"] = o.observations;
+  answer["first_frame"] = o.first_frame;
+  answer["last_frame"] = o.last_frame;
+  answer["frames_per_stretch"] = o.frames_per_bin;
+  answer["votes"] = votes_of(o);
+  answer["best_views"] = views_of(o);
+  answer["min_m"] = vector_of(o.min_m);
+  answer["max_m"] = vector_of(o.max_m);
+  answer["area_m2"] = o.area_m2;
+  answer["history"] = o.history;
+  answer["text"] = to_text(evidence);
+  return answer;
+}
+
+py::object object_or_none(const std::optional<FoundObject>& object, const LabelSet& labels) {
+  return object ? py::cast(named(*object, labels)) : py::none();
+}
+
+py::list diff(const fs::path& a, const fs::path& b) {
+  const auto [before, after] = released([&] { return std::pair(load_map_with_frames(a), load_map_with_frames(b)); });
+  const MapDiff found = released([&] { return diff_maps(before, after, a.string(), b.string()); });
+  py::list changes;
+  for (const ObjectChange& change : found.changes) {
+    py::dict entry;
+    entry["kind"] = std::string(name_of(change.kind));
+    entry["before"] = object_or_none(change.before, before.saved.map.labels);
+    entry["after"] = object_or_none(change.after, after.saved.map.labels);
+    entry["empty_share"] = change.empty_share;
+    entry["moved_m"] = change.moved_m;
+    changes.append(std::move(entry));
+  }
+  return changes;
+}
+
+py::dict merge(const fs::path& a, const fs::path& b, const fs::path& merged) {
+  const MergedFiles files = released([&] { return merge_map_files(a, b, merged); });
+  warn(files.notes);
+  return py::dict(py::arg("objects_a") = files.objects_a, py::arg("objects_b") = files.objects_b,
+                  py::arg("objects") = files.objects, py::arg("same") = files.same, py::arg("parts") = files.parts,
+                  py::arg("blocks") = files.blocks);
+}
+
+void set_threads(int threads) {
+  if (threads < 0) throw Error("threads are 0, for one per core, or more");
+  if (work_in_progress > 0) throw Error("the number of threads is set before work starts, and some is in progress");
+  set_thread_count(threads);
+}
+
+}  // namespace
+
+void bind_tools(py::module_& m) {
+  m.def(
+      "evaluate", &evaluate, py::arg("map"), py::arg("truth"), py::kw_only(), py::arg("variant") = "pq-scannet20",
+      py::arg("category_map") = py::none(),
+      R"(Scores a Map, or the folder of a run, against an annotated scan in ScanNet's form: a dict as `panoptic eval --json` writes.)");
+  m.def("simulate", &make_home, py::arg("folder"), py::arg("progress") = py::none(),
+        R"(Writes a simulated home as a ScanNet scan with truth and predictions: simulate("home", seed=7, rooms=2, frames=300).
+
+Settings by name: seed, rooms, frames, noise, predictions, jpeg_quality, truth_stride. progress(done, frames) is called meanwhile.)");
+  m.def("explain", &explain, py::arg("folder"), py::arg("id"),
+        "Why an object of a run on disk is what it is: a dict of votes, best views, boxes, mergers, and a text for people.");
+  m.def("diff_maps", &diff, py::arg("before"), py::arg("after"),
+        R"(Changes between two map files of one place: a list of dicts with kind ("vanished", "appeared", "moved", "other_label",
+"not_seen_in_b", "not_seen_in_a"), before, after, empty_share and moved_m.)");
+  m.def("merge_maps", &merge, py::arg("a"), py::arg("b"), py::arg("merged"),
+        "Makes one map file of two of the same place; returns counts.");
+  m.def("set_threads", &set_threads, py::arg("threads"), "Threads that mapping may use; 0 = one per core. Before work starts.");
+}
+
+}  // namespace panoptic::python

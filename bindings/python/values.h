@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Values of Python as the texts that the library's lists of options take.
+#pragma once
+
+#include <pybind11/stl/filesystem.h>
+
+#include <string>
+
+#include "bindings/python/bind.h"
+
+namespace panoptic::python {
+
+// A bool, number, text, path or list of these as TOML. `name`: of the option, for the message. Throws Error.
+std::string toml_value(const py::handle& value, const std::string& name);
+
+}  // namespace panoptic::python

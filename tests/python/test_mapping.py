@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Mapping from Python gives the map that the program gives, and shows it without copies."""
+import gc
+import json
+import resource
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import panoptic as pf
+from home import COARSE, LABELS, PROGRAM, arrays, home, ids_of, mapped, run_program, scratch, small_mapper
+
+
+def address(array):
+    return array.__array_interface__["data"][0]
+
+
+class SameMap(unittest.TestCase):
+    @unittest.skipUnless(PROGRAM, "needs the program")
+    def test_hash_is_that_of_the_program(self):
+        run_program("run", home(), "--predictions", home() / "predictions", "--set", "map.voxel_size_m=0.05", "--no-pictures",
+                    "-o", scratch() / "run")
+        report = json.loads((scratch() / "run/report.json").read_text())
+        self.assertEqual(mapped().map_hash(), report["map_hash"])
+        self.assertEqual(mapped().frames["used"], report["frames"]["used"])
+        self.assertGreater(mapped().frames["labelled"], 0)
+
+    def test_arrays_and_frames_make_the_same_map(self):
+        predictor = pf.file_predictor(home() / "predictions")
+        mapper = pf.Mapper(pf.Options(**COARSE), labels=predictor.labels)
+        for frame in pf.open_dataset(home()):
+            seen = predictor.predict(frame)
+            outcome = mapper.add(depth=frame.depth, color=frame.color, K=frame.depth_camera, pose=frame.pose, index=frame.index,
+                                 color_K=frame.color_camera, color_from_depth=frame.color_from_depth, time_s=frame.time_s,
+                                 segments=(seen.ids, seen.segments))
+            self.assertTrue(outcome, outcome)
+        mapper.finish()
+        self.assertEqual(mapper.map_hash(), mapped().map_hash())
+
+    def test_depth_in_millimetres_is_depth_in_metres(self):
+        metres, millimetres = small_mapper(), small_mapper()
+        given = arrays()
+        metres.add(**given)
+        millimetres.add(**(given | dict(depth=np.full((120, 160), 2000, np.uint16), depth_scale=1000)))
+        self.assertEqual(metres.map_hash(), millimetres.map_hash())
+
+    def test_segments_in_three_forms_make_the_same_map(self):
+        ids = ids_of()
+        masks = np.stack([ids == 1, ids == 2])
+        panoptic = np.where(ids == 1, 1000, 3001).astype(np.int32)
+        forms = [(ids, ["wall", "chair"]), (masks, ["wall", "chair"]), panoptic,
+                 (np.where(ids == 2, 77, 5), [{"id": 5, "class": "wall"}, {"id": 77, "class": 3, "score": 1.0}]),
+                 pf.Segmentation(ids, ["wall", "chair"], labels=LABELS)]
+        hashes = set()
+        for form in forms:
+            mapper = small_mapper()
+            for i in range(4):
+                self.assertTrue(mapper.add(segments=form, **arrays(i)))
+            self.assertEqual(mapper.frames["labelled"], 4)
+            hashes.add(mapper.map_hash())
+        self.assertEqual(len(hashes), 1)
+        unlabelled = small_mapper()
+        for i in range(4):
+            unlabelled.add(**arrays(i))
+        self.assertNotIn(unlabelled.map_hash(), hashes)
+
+    def test_saved_and_loaded_is_the_same_map(self):
+        path = scratch() / "room.panoptic"
+        mapped().save(path)
+        loaded = pf.load_map(path)
+        self.assertEqual(loaded.hash(), mapped().map_hash())
+        self.assertEqual([o.id for o in loaded.objects()], [o.id for o in mapped().map.objects()])
+        self.assertEqual(loaded.options["map.voxel_size_m"], 0.05)
+        self.assertEqual(len(loaded.frames), mapped().frames["used"])
+
+
+class Views(unittest.TestCase):
+    def test_a_mesh_is_seen_not_copied(self):
+        mesh = mapped().mesh()
+        self.assertEqual(mesh.vertices.shape, (len(mesh.class_id), 3))
+        self.assertEqual((mesh.vertices.dtype, mesh.colors.dtype, mesh.triangles.dtype), (np.float32, np.uint8, np.uint32))
+        self.assertEqual((mesh.class_id.dtype, mesh.panoptic_id.dtype), (np.uint16, np.uint32))
+        self.assertEqual(address(mesh.vertices), address(mesh.vertices), "twice the same memory")
+        self.assertLess(address(mesh.colors) - address(mesh.vertices), mesh.vertices.strides[0], "side by side in one vertex")
+        self.assertLess(mesh.triangles.max(), len(mesh.vertices))
+        with self.assertRaises(ValueError):
+            mesh.triangles[0, 0] = 7
+
+    def test_a_view_keeps_its_mesh(self):
+        mesh = mapped().mesh()
+        vertices = mesh.vertices
+        expected = vertices.copy()
+        del mesh
+        gc.collect()
+        np.testing.assert_array_equal(vertices, expected)
+
+    def test_what_is_handed_over_is_read_where_it_lies(self):
+        given = arrays()
+        frame = pf.Frame(**given)
+        self.assertEqual(address(frame.depth), address(given["depth"]))
+        self.assertEqual(address(frame.color), address(given["color"]))
+        part = np.full((120, 200), 2, np.float32)[:, 20:180]
+        frame = pf.Frame(**(given | dict(depth=part)))
+        self.assertEqual((address(frame.depth), frame.depth.strides), (address(part), part.strides))
+        del part, given
+        gc.collect()
+        self.assertTrue((frame.depth == 2).all(), "the frame keeps the memory that it reads")
+
+    def test_a_frame_is_seen_not_copied(self):
+        frame = pf.open_dataset(home())[0]
+        self.assertEqual(address(frame.depth), address(frame.depth))
+        self.assertEqual((frame.depth.shape, frame.color.shape), ((480, 640), (480, 640, 3)))
+        self.assertFalse(frame.color.flags.writeable)
+
+
+class Blocks(unittest.TestCase):
+    def test_voxels_are_where_the_map_says(self):
+        chosen = max(mapped().map.blocks(), key=lambda b: (b.weight > 0).sum())
+        distance, weight = chosen.distance, chosen.weight
+        self.assertEqual(distance.shape, (16, 16, 16))
+        x, y, z = (int(n) for n in np.argwhere(weight > 0)[-1])
+        center = chosen.origin_m + (np.array([x, y, z]) + 0.5) * mapped().map.voxel_size_m
+        answer = mapped().map.at(center)
+        self.assertEqual(answer.weight, weight[x, y, z])
+        self.assertEqual(answer.class_id, chosen.class_id[x, y, z])
+        self.assertEqual(answer.panoptic_id, chosen.panoptic_id[x, y, z])
+
+    def test_nothing_is_known_where_nothing_was_seen(self):
+        self.assertIsNone(mapped().map.at([1000, 1000, 1000]))
+
+
+class Memory(unittest.TestCase):
+    def test_a_thousand_frames_take_no_memory(self):
+        mapper = small_mapper(regularizer={"enabled": False})
+        given, segments = arrays(width=64, height=48), (ids_of(16, 64, 48), ["wall", "chair"])
+        given["K"] = np.array([[40.0, 0, 31.5], [0, 40.0, 23.5], [0, 0, 1]])
+
+        def add(count):
+            for _ in range(count):
+                mapper.add(segments=segments, **given)
+            return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+        before = add(200)
+        self.assertLess(add(1000) - before, 3000, "kB")
+
+
+class Threads(unittest.TestCase):
+    def test_python_runs_while_a_frame_is_mapped(self):
+        counted = []
+        done = threading.Event()
+
+        def count():
+            while not done.is_set():
+                counted.append(time.perf_counter())
+                time.sleep(0.0002)
+
+        mapper = pf.Mapper(pf.Options(map={"voxel_size_m": 0.02}), labels="indoor")
+        frame = pf.open_dataset(home())[0]
+        thread = threading.Thread(target=count)
+        thread.start()
+        begin = time.perf_counter()
+        for _ in range(10):
+            mapper.add(frame)
+        end = time.perf_counter()
+        done.set()
+        thread.join()
+        self.assertGreater(sum(begin < t < end for t in counted), 5)
+
+
+if __name__ == "__main__":
+    unittest.main()
