@@ -13,13 +13,15 @@ import panoptic as pf
 
 def camera(recording: str, pipeline: pf.OnlinePipeline) -> None:
     """Stands for the driver: calls at the times of the frames' stamps, or 30 times a second where there are none."""
-    begin = time.monotonic()
-    for count, frame in enumerate(pf.open_dataset(recording)):
-        wait = begin + count / 30 - time.monotonic()
-        if wait > 0:
-            time.sleep(wait)
-        pipeline.push(depth=frame.depth, color=frame.color, K=frame.depth_camera, color_K=frame.color_camera,
-                      color_from_depth=frame.color_from_depth, pose=frame.pose, index=frame.index, time_s=frame.time_s)
+    dataset = pf.open_dataset(recording)
+    first_s, begin = dataset[0].time_s, time.monotonic()
+    for count, frame in enumerate(dataset):
+        due_s = frame.time_s - first_s or count / 30
+        time.sleep(max(0, begin + due_s - time.monotonic()))
+        taken = pipeline.push(depth=frame.depth, color=frame.color, K=frame.depth_camera, color_K=frame.color_camera,
+                              color_from_depth=frame.color_from_depth, pose=frame.pose, index=frame.index, time_s=frame.time_s)
+        if not taken:
+            print(f"frame {frame.index} was dropped: fusion is behind")
 
 
 def main(recording: str, predictions: str) -> None:
