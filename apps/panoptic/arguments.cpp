@@ -19,6 +19,7 @@ constexpr const char* kFooter =
     "  panoptic run kitchen/ --calibration kitchen.toml --semantic enet.toml --instance yolo.toml -o out/kitchen\n"
     "  panoptic run scan.sens --predictions predictions/ -o out/scan --set map.voxel_size_m=0.01\n"
     "  panoptic doctor recording/\n"
+    "  panoptic check-network yolo.onnx picture.jpg --png seen.png --write yolo.toml\n"
     "  panoptic simulate --seed 1 -o home && panoptic run home --predictions home/predictions -o out/home\n"
     "  panoptic view out/kitchen\n"
     "  panoptic explain out/kitchen 44 --png chair_44.png\n"
@@ -196,6 +197,17 @@ void add_doctor(CLI::App& doctor, Arguments& a) {
   doctor.add_flag("--json", a.as_json, "as JSON");
 }
 
+void add_network_check(CLI::App& check, Arguments& a) {
+  check.add_option("network", a.network, "model description (TOML), or an ONNX file alone")->required();
+  check.add_option("image", a.image, "picture to look at; without one, noise: it shows shapes, and whether the network runs");
+  check.add_option("--labels", a.labels, "label set: indoor, home, scannet20 or a TOML file; default: indoor");
+  check.add_option("--engine", a.engine, "inference engine: auto, onnxruntime, opencv");
+  check.add_option("--json", a.json, "write what was found out to this file");
+  check.add_option("--png", a.png, "draw what the network saw into this picture");
+  check.add_option("--write", a.written_description, "write a model description to start from into this file");
+  add_threads(check, a);
+}
+
 void add_view(CLI::App& view, Arguments& a) {
   view.add_option("out", a.viewed, "folder of a run, or a map file")->required();
   add_viewer(view, a);
@@ -221,6 +233,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_run(*app.add_subcommand("run", "map a recording"), a);
   add_prediction(*app.add_subcommand("predict", "run the networks over a recording and write their predictions to disk"), a);
   add_doctor(*app.add_subcommand("doctor", "check a recording: depth scale, poses, intrinsics, dropped frames"), a);
+  add_network_check(*app.add_subcommand("check-network", "run a network once and say what its outputs are taken for"), a);
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
   add_map_commands(app, a);
   add_map_pairs(app, a);

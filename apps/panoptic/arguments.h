@@ -68,6 +68,11 @@ struct Arguments {
   std::string explained;  // folder of a run
   std::uint32_t object_id = 0;
   std::string png;
+  // check-network
+  std::string network;  // model description, or ONNX file
+  std::string image;    // empty = grey noise
+  std::string written_description;
+  std::string engine = "auto";
   // view, and run --view
   std::string viewed;  // folder of a run
   std::string bind;    // empty = loopback

@@ -16,6 +16,7 @@ inline constexpr const char* kOutOfMemoryAdvice =
 int run(const Arguments& arguments);
 int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
+int check_network(const Arguments& arguments);
 int evaluate(const Arguments& arguments);
 int explain(const Arguments& arguments);
 int simulate(const Arguments& arguments);

@@ -19,6 +19,7 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "run") return panoptic::run(arguments);
   if (arguments.command == "predict") return panoptic::predict(arguments);
   if (arguments.command == "doctor") return panoptic::doctor(arguments);
+  if (arguments.command == "check-network") return panoptic::check_network(arguments);
   if (arguments.command == "eval") return panoptic::evaluate(arguments);
   if (arguments.command == "explain") return panoptic::explain(arguments);
   if (arguments.command == "simulate") return panoptic::simulate(arguments);

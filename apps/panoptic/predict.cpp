@@ -42,14 +42,18 @@ int predict(const Arguments& arguments) {
       } else {
         skipped++;
       }
+      for (const std::string& warning : predictor->take_warnings()) tell(fmt::format("\nwarning: {}\n", warning));
       progress.advance(written + skipped);
     }
   }
   fmt::print("{} predictions in {}, {} frames skipped\n", written, arguments.output, skipped);
+  const PredictorReport report = predictor->report();
+  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
   if (interrupted()) return kInterrupted;
   if (written == 0) {
     throw Error(fmt::format("{}: no frame was usable, so there are no predictions; panoptic doctor says why", arguments.dataset));
   }
+  if (!report.trouble.empty()) throw Error(fmt::format("{} (the predictions are in {})", report.trouble, arguments.output));
   if (!saw_something) {
     throw Error(fmt::format("{}: not one label in {} predictions ({}); do the networks fit their descriptions and the label set?",
                             networks_text(options.networks), written, arguments.output));

@@ -130,6 +130,16 @@ std::string usual_reason(const FrameStatistics& frames) {
   return most == reasons.end() ? "" : fmt::format(" ({} x {})", most->second, most->first);
 }
 
+void tell_warnings(Predictor* predictor) {
+  if (predictor == nullptr) return;
+  for (const std::string& warning : predictor->take_warnings()) tell(fmt::format("\nwarning: {}\n", warning));
+}
+
+// A network that was of no use makes a map that looks as if there was nothing to see.
+void require_sound_predictions(const PredictorReport& report, const std::string& output) {
+  if (!report.trouble.empty()) throw Error(fmt::format("{} (the map is in {})", report.trouble, output));
+}
+
 // A run that went through and still gave nothing of what was asked for.
 void require_use(const Mapper& mapper, const RunSummary& summary, const MappingResult& result, const Arguments& arguments) {
   const std::uint64_t used = mapper.frames().used();
@@ -149,8 +159,7 @@ void require_use(const Mapper& mapper, const RunSummary& summary, const MappingR
 }
 
 // Tells how the run went, and returns the program's exit code. Throws Error if it failed, or gave nothing of what was asked for.
-int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result,
-             const WrittenMap& written) {
+int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result) {
   print_closing(mapper, summary, arguments.output);
   if (!result.failure.empty()) {
     throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
@@ -160,7 +169,6 @@ int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary&
     return kInterrupted;
   }
   require_use(mapper, summary, result, arguments);
-  require_map(written, summary, mapper.frames().used(), arguments);
   return kDone;
 }
 
@@ -242,6 +250,7 @@ int run(const Arguments& arguments) {
     Progress progress("frames", range.count(dataset->size()));
     const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), [&](std::size_t done) {
                            progress.advance(done);
+                           tell_warnings(predictor.get());
                            return !interrupted();
                          }};
     if (arguments.online) return map_online(run, arguments.speed.value_or(1), options.online, latest);
@@ -258,8 +267,15 @@ int run(const Arguments& arguments) {
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);
-  const int code = conclude(arguments, mapper, summary, result, written);
+  tell_warnings(predictor.get());
+  const PredictorReport report = predictor ? predictor->report() : PredictorReport();
+  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
+  const int code = conclude(arguments, mapper, summary, result);
   if (viewer) viewer->finish([] { return !interrupted(); });
+  if (code == kDone) {
+    require_sound_predictions(report, arguments.output);
+    require_map(written, summary, mapper.frames().used(), arguments);
+  }
   return code;
 }
 

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "panoptic/frame.h"
@@ -26,6 +27,12 @@ struct PredictorHalves {
   std::function<Segmentation(const Image<ClassId>& semantic, const std::vector<Instance>& instances)> join;
 };
 
+// How predicting went, for the end of a run.
+struct PredictorReport {
+  std::vector<std::string> notes;  // one line each
+  std::string trouble;             // why the predictions are of no use, in one line; empty if they are not
+};
+
 class Predictor {
  public:
   Predictor() = default;
@@ -42,9 +49,15 @@ class Predictor {
 
   // The two halves; nothing where predict is one piece. While halves are at work, predict is not to be called.
   virtual std::optional<PredictorHalves> halves() { return std::nullopt; }
+
+  // Lines about the predictions so far that a person should read at once; each is given once. Any thread may ask.
+  virtual std::vector<std::string> take_warnings() { return {}; }
+  // Not while predict or a half is at work.
+  virtual PredictorReport report() const { return {}; }
 };
 
-// The predictor of the paper: semantic networks (one or several) and an instance network, joined by Eq. 1.
+// The predictor of the paper: semantic networks (one or several) and an instance network, joined by Eq. 1. One network that finds
+// both (queries with classes and masks) stands for the other where that is not given.
 // Loads the networks and runs each once on an empty image, so that a network that does not fit its description is found here
 // and not in the first frame. At least one of the two must be given. Throws Error.
 std::unique_ptr<Predictor> make_network_predictor(const NetworkOptions& options, LabelSet labels);

@@ -8,12 +8,14 @@
 #include <cctype>
 #include <limits>
 #include <set>
+#include <span>
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json_value.h"
 #include "panoptic/data/label_json.h"
 #include "panoptic/error.h"
+#include "panoptic/predict/class_names.h"
 #include "panoptic/predict/prediction_io.h"
 
 namespace panoptic {
@@ -72,7 +74,7 @@ LabelSet labels_of(const JsonValue& root) {
 std::map<std::int64_t, ClassId> class_of_category(const JsonValue& root, const LabelSet& labels, const std::string& file) {
   std::map<std::int64_t, ClassId> classes;
   for (const JsonValue& category : root.at("categories").elements()) {
-    const LabelClass* same = labels.find(category.at("name").text());
+    const LabelClass* same = counterpart_of(category.at("name").text(), labels);
     classes[category.at("id").integer(0, kMaxId)] = same != nullptr ? same->id : ClassId::kUnknown;
   }
   if (std::all_of(classes.begin(), classes.end(), [](const auto& c) { return c.second == ClassId::kUnknown; })) {
@@ -134,6 +136,24 @@ std::vector<std::uint16_t> number_segments(const CocoPanoptic::Picture& picture,
   return numbers;
 }
 
+// The id of each pixel: red + 256 green + 65536 blue, or the value of a grey picture of 8 or 16 bits.
+Image<std::uint32_t> ids_in(const std::filesystem::path& png) {
+  constexpr std::size_t kDepthAt = 24;  // in a PNG's header, before its type of colour
+  constexpr char kGrey = 0;
+  const std::string bytes = read_png_bytes(png, 0, 0);
+  const std::span<const std::uint8_t> view{reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+  if (bytes.size() > kDepthAt + 1 && bytes[kDepthAt + 1] == kGrey) {
+    if (bytes[kDepthAt] < 8)
+      throw Error(fmt::format("{}: a grey picture of {} bits; ids need 8 or 16", png.string(), int{bytes[kDepthAt]}));
+    const Image<std::uint16_t> grey = decode_gray16(view, png.string());
+    return {grey.width(), grey.height(), std::vector<std::uint32_t>(grey.pixels().begin(), grey.pixels().end())};
+  }
+  const Image<Rgb> image = decode_rgb(view, png.string());
+  Image<std::uint32_t> ids(image.width(), image.height());
+  for (std::size_t i = 0; i < image.size(); ++i) ids[i] = image[i].r + 256U * image[i].g + 65536U * image[i].b;
+  return ids;
+}
+
 }  // namespace
 
 std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::path& path) {
@@ -170,14 +190,13 @@ Segmentation read_coco_frame(const CocoPanoptic& coco, std::int64_t frame_index)
   const auto found = coco.pictures.find(frame_index);
   if (found == coco.pictures.end()) return {};
   const CocoPanoptic::Picture& picture = found->second;
-  const std::string bytes = read_png_bytes(picture.png, 0, 0);
-  const Image<Rgb> image = decode_rgb({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, picture.png.string());
+  const Image<std::uint32_t> image = ids_in(picture.png);
   Segmentation result{Image<std::uint16_t>(image.width(), image.height()), {}};
   const std::vector<std::uint16_t> numbers = number_segments(picture, coco.labels, result.segments);
   std::uint32_t last_id = 0;
   std::uint16_t last_number = 0;
   for (std::size_t i = 0; i < image.size(); ++i) {
-    const std::uint32_t id = image[i].r + 256U * image[i].g + 65536U * image[i].b;
+    const std::uint32_t id = image[i];
     if (id != last_id) {
       const auto& all = picture.segments;
       const auto segment =

@@ -17,7 +17,7 @@
 namespace panoptic {
 
 struct CocoSegment {
-  std::uint32_t id = 0;  // red + 256 green + 65536 blue of its pixels
+  std::uint32_t id = 0;  // red + 256 green + 65536 blue of its pixels, or their grey value
   ClassId class_id = ClassId::kUnknown;
   float score = 1;
   bool is_crowd = false;  // several things that were not told apart
@@ -37,7 +37,7 @@ struct CocoPanoptic {
 std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::path& path);
 
 // The frame number of a picture is the last number in its image's file name, or its position in the list of images where one
-// has no number or two share one. Categories become classes of the same name in `labels`, others are unknown, but
+// has no number or two share one. Categories become classes of `labels` by name (class_names.h), others are unknown, but
 // not all of them; without `labels` the categories are the label set. Throws Error naming the file.
 CocoPanoptic read_coco_panoptic(const std::filesystem::path& json, const std::optional<LabelSet>& labels);
 

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -28,224 +29,133 @@ inline float exp_nonpositive(float x) {
   return power * std::bit_cast<float>((static_cast<std::int32_t>(whole) + 127) << 23);
 }
 
-void check(const std::vector<Tensor>& outputs, const Model& model) {
-  const bool logits = !outputs.empty() && outputs[0].shape.size() == 4 && outputs[0].shape[0] == 1 && outputs[0].shape[2] > 0 &&
-                      outputs[0].shape[3] > 0;
-  if (logits && outputs[0].shape[1] == static_cast<int>(model.classes.size())) return;
-  throw Error(
-      fmt::format("{}: the decoder 'semantic_logits' reads one output of shape 1 x {} (classes) x height x width, but the "
-                  "network gives {}; check decoder and classes",
-                  model.path.string(), model.classes.size(),
-                  outputs.empty() ? "nothing" : fmt::format("{}", fmt::join(outputs[0].shape, " x "))));
+// Class values of a network, one plane per class.
+struct Planes {
+  std::vector<float> values;
+  std::size_t count = 0;
+  int width = 0;
+  int height = 0;
+  bool are_logits = true;
+};
+
+// Whether one class leads at all. A cell that prefers none, or holds numbers that are not finite, says nothing.
+bool says_something(float highest, float sum, std::size_t count, bool are_logits) {
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  if (!(highest >= -kLargest && highest <= kLargest && sum > 0 && sum <= kLargest)) return false;
+  const auto all = static_cast<float>(count);
+  return are_logits ? sum < all : highest * all > sum * 1.0001F;
 }
 
-// The positions of some classes' values in a list that has each class once, kUnknown first.
-std::vector<std::size_t> positions(const std::vector<ClassId>& class_of, std::vector<ClassId>& classes) {
-  classes = {ClassId::kUnknown};
-  std::vector<std::size_t> result;
-  for (const ClassId id : class_of) {
-    const auto found = std::find(classes.begin(), classes.end(), id);
-    result.push_back(static_cast<std::size_t>(found - classes.begin()));
-    if (found == classes.end()) classes.push_back(id);
-  }
-  return result;
-}
-
-// One row of the logits: softmax over the network's classes, added up where they have the same position.
-void decode_row(const Tensor& logits, int y, const std::vector<std::size_t>& position, ClassScores& scores) {
+// One row: softmax over the network's classes, or their probabilities as they are, added up where they have the same position.
+void decode_row(const Planes& planes, int y, const std::vector<std::size_t>& position, ClassScores& scores) {
   const auto width = static_cast<std::size_t>(scores.width);
   const std::size_t plane = width * static_cast<std::size_t>(scores.height);
   const std::size_t count = scores.classes.size();
-  const float* row = logits.values.data() + static_cast<std::size_t>(y) * width;
+  const float* row = planes.values.data() + static_cast<std::size_t>(y) * width;
   std::vector<float> highest(row, row + width);
   for (std::size_t c = 1; c < position.size(); ++c) {
     const float* in = row + c * plane;
     for (std::size_t x = 0; x < width; ++x) highest[x] = in[x] > highest[x] ? in[x] : highest[x];
   }
   std::vector<float> sum(width, 0.0F);
-  std::vector<float> planes(width * count, 0.0F);
+  std::vector<float> added(width * count, 0.0F);
   for (std::size_t c = 0; c < position.size(); ++c) {
     const float* in = row + c * plane;
-    float* out = planes.data() + position[c] * width;
-    for (std::size_t x = 0; x < width; ++x) {
-      const float e = exp_nonpositive(in[x] - highest[x]);
-      out[x] += e;
-      sum[x] += e;
+    float* out = added.data() + position[c] * width;
+    if (planes.are_logits) {
+      for (std::size_t x = 0; x < width; ++x) {
+        const float e = exp_nonpositive(in[x] - highest[x]);
+        out[x] += e;
+        sum[x] += e;
+      }
+    } else {
+      for (std::size_t x = 0; x < width; ++x) {
+        const float p = in[x] > 0 ? in[x] : 0.0F;
+        out[x] += p;
+        sum[x] += p;
+      }
     }
   }
   float* values = scores.values.data() + static_cast<std::size_t>(y) * width * count;
   for (std::size_t x = 0; x < width; ++x) {
-    for (std::size_t k = 0; k < count; ++k) values[x * count + k] = planes[k * width + x] / sum[x];
+    const bool counts = says_something(highest[x], sum[x], position.size(), planes.are_logits);
+    for (std::size_t k = 0; k < count; ++k) values[x * count + k] = counts ? added[k * width + x] / sum[x] : 0.0F;
   }
 }
 
-// Between which two cells a pixel lies, and how far from the first.
-struct Between {
-  std::size_t first = 0;
-  std::size_t second = 0;
-  float share = 0;  // of the second
-};
-
-std::vector<Between> neighbours(int pixels, int cells, double cells_per_px) {
-  std::vector<Between> result(static_cast<std::size_t>(pixels));
-  for (int i = 0; i < pixels; ++i) {
-    const double at = std::clamp((i + 0.5) * cells_per_px - 0.5, 0.0, static_cast<double>(cells - 1));
-    const auto first = static_cast<std::size_t>(at);
-    result[static_cast<std::size_t>(i)] = {first, std::min(first + 1, static_cast<std::size_t>(cells - 1)),
-                                           static_cast<float>(at - static_cast<double>(first))};
+// One plane per class, whatever order the network gives its numbers in.
+Planes to_planes(Tensor tensor, const Reading& reading) {
+  Planes planes{{}, 0, reading.width, reading.height, reading.numbers == Numbers::kLogits};
+  const std::size_t cells = static_cast<std::size_t>(reading.width) * static_cast<std::size_t>(reading.height);
+  planes.count = tensor.values.size() / cells;
+  if (!reading.channels_last || planes.count == 1) {
+    planes.values = std::move(tensor.values);
+    return planes;
   }
-  return result;
-}
-
-// One value per class of the label set: the highest of those that it has.
-ClassScores highest_per_class(ClassScores scores) {
-  ClassScores result = {{}, scores.width, scores.height, scores.cells_per_px_x, scores.cells_per_px_y, {}};
-  const std::vector<std::size_t> position = positions(scores.classes, result.classes);
-  if (result.classes == scores.classes) return scores;
-  const std::size_t from = scores.classes.size();
-  const std::size_t to = result.classes.size();
-  result.values.resize(scores.values.size() / from * to, 0.0F);
-  for (std::size_t i = 0; i < scores.values.size(); ++i) {
-    float& highest = result.values[i / from * to + position[i % from]];
-    highest = std::max(highest, scores.values[i]);
-  }
-  return result;
-}
-
-// The first network's part of the mean, with room for the classes of all.
-ClassScores with_classes_of_all(const std::vector<ClassScores>& networks, float part) {
-  const ClassScores& first = networks[0];
-  ClassScores all = {first.classes, first.width, first.height, first.cells_per_px_x, first.cells_per_px_y, {}};
-  for (const ClassScores& network : networks) {
-    for (const ClassId id : network.classes) {
-      if (std::find(all.classes.begin(), all.classes.end(), id) == all.classes.end()) all.classes.push_back(id);
-    }
-  }
-  const std::size_t from = first.classes.size();
-  const std::size_t to = all.classes.size();
-  const std::size_t cells = first.values.size() / from;
-  all.values.resize(cells * to, 0.0F);
+  planes.values.resize(tensor.values.size());
   for (std::size_t i = 0; i < cells; ++i) {
-    for (std::size_t k = 0; k < from; ++k) all.values[i * to + k] = first.values[i * from + k] * part;
+    for (std::size_t c = 0; c < planes.count; ++c) planes.values[c * cells + i] = tensor.values[i * planes.count + c];
   }
-  return all;
+  return planes;
 }
 
-// Adds the part of a coarser network, between its cells, to each cell of the sum.
-void add(const ClassScores& network, float part, ClassScores& sum) {
-  std::vector<std::size_t> position;
-  for (const ClassId id : network.classes) {
-    position.push_back(static_cast<std::size_t>(std::find(sum.classes.begin(), sum.classes.end(), id) - sum.classes.begin()));
+// A single plane is the probability of the one class, or of the second of two: the rest is the probability of the other.
+void add_opposite(Planes& planes) {
+  const std::size_t cells = planes.values.size();
+  std::vector<float> both(2 * cells, 0.0F);
+  std::copy(planes.values.begin(), planes.values.end(), both.begin() + static_cast<std::ptrdiff_t>(cells));
+  if (!planes.are_logits) {
+    for (std::size_t i = 0; i < cells; ++i) both[i] = 1 - planes.values[i];
   }
-  // Along an axis: network = (sum + 0.5) * ratio - 0.5, as for pixels.
-  const std::vector<Between> columns = neighbours(sum.width, network.width, network.cells_per_px_x / sum.cells_per_px_x);
-  const std::vector<Between> rows = neighbours(sum.height, network.height, network.cells_per_px_y / sum.cells_per_px_y);
-  const std::size_t from = network.classes.size();
-  const std::size_t to = sum.classes.size();
-  const auto width = static_cast<std::size_t>(network.width);
-  parallel_for(rows.size(), [&](std::size_t v) {
-    const Between& y = rows[v];
-    float* out = &sum.values[v * columns.size() * to];
-    for (const Between& x : columns) {
-      const float* const upper[2] = {&network.values[(y.first * width + x.first) * from],
-                                     &network.values[(y.first * width + x.second) * from]};
-      const float* const lower[2] = {&network.values[(y.second * width + x.first) * from],
-                                     &network.values[(y.second * width + x.second) * from]};
-      for (std::size_t k = 0; k < from; ++k) {
-        const float above = upper[0][k] + (upper[1][k] - upper[0][k]) * x.share;
-        const float below = lower[0][k] + (lower[1][k] - lower[0][k]) * x.share;
-        out[position[k]] += (above + (below - above) * y.share) * part;
-      }
-      out += to;
-    }
-  });
+  planes.values = std::move(both);
+  planes.count = 2;
 }
 
-std::vector<std::uint16_t> best_per_cell(const ClassScores& scores) {
+constexpr float kIgnored = 255;  // what many data sets write where there is no class
+
+// Class numbers: each is a class of probability 1.
+void decode_numbers(const Tensor& tensor, const std::vector<std::size_t>& position, const DecodeContext& context,
+                    ClassScores& scores) {
   const std::size_t count = scores.classes.size();
-  std::vector<std::uint16_t> best(scores.values.size() / count);
-  for (std::size_t i = 0; i < best.size(); ++i) {
-    const float* cell = scores.values.data() + i * count;
-    best[i] = static_cast<std::uint16_t>(std::max_element(cell, cell + count) - cell);
+  for (std::size_t i = 0; i < tensor.values.size(); ++i) {
+    const float number = tensor.values[i];
+    if (number == kIgnored || number < 0) continue;
+    if (!(number < static_cast<float>(position.size()))) {
+      throw Error(fmt::format("{}: the network gives the class number {}, but its description has {} classes, numbered from 0",
+                              context.model.path.string(), number, position.size()));
+    }
+    scores.values[i * count + position[static_cast<std::size_t>(number)]] = 1;
   }
-  return best;
-}
-
-// The position of the likeliest class between four cells.
-std::size_t best_between(const float* const (&cells)[4], const float (&shares)[4], std::vector<float>& mixed) {
-  for (std::size_t k = 0; k < mixed.size(); ++k) {
-    mixed[k] = cells[0][k] * shares[0] + cells[1][k] * shares[1] + cells[2][k] * shares[2] + cells[3][k] * shares[3];
-  }
-  return static_cast<std::size_t>(std::max_element(mixed.begin(), mixed.end()) - mixed.begin());
 }
 
 }  // namespace
 
-ClassScores average(std::vector<ClassScores> networks, float unknown_share) {
-  if (networks.size() > 1) {
-    for (ClassScores& network : networks) network = highest_per_class(std::move(network));
-  }
-  const auto finest = std::max_element(networks.begin(), networks.end(), [](const ClassScores& a, const ClassScores& b) {
-    return a.width * a.height < b.width * b.height;
-  });
-  std::iter_swap(networks.begin(), finest);
-  const float part = 1.0F / static_cast<float>(networks.size());
-  ClassScores result = networks.size() == 1 ? std::move(networks[0]) : with_classes_of_all(networks, part);
-  const std::size_t count = result.classes.size();
-  for (std::size_t n = 1; n < networks.size(); ++n) add(networks[n], part, result);
-  for (std::size_t k = 0; k < count; ++k) {
-    if (result.classes[k] != ClassId::kUnknown) continue;
-    for (std::size_t i = k; i < result.values.size(); i += count) result.values[i] *= unknown_share;
-  }
-  return result;
-}
-
-ClassScores decode_semantic_logits(const std::vector<Tensor>& outputs, const DecodeContext& context) {
-  check(outputs, context.model);
-  const Tensor& logits = outputs[0];
+Findings decode_semantic(std::vector<Tensor> outputs, const Reading& reading, const DecodeContext& context) {
   ClassScores scores;
-  scores.width = logits.shape[3];
-  scores.height = logits.shape[2];
+  scores.width = reading.width;
+  scores.height = reading.height;
   scores.cells_per_px_x = context.placement.scale_x * scores.width / context.placement.input_width;
   scores.cells_per_px_y = context.placement.scale_y * scores.height / context.placement.input_height;
-  std::vector<std::size_t> position = positions(context.class_of, scores.classes);
+  Tensor& tensor = outputs[reading.roles[0]];
+  const std::size_t cells = static_cast<std::size_t>(scores.width) * static_cast<std::size_t>(scores.height);
+  const bool has_opposite = reading.numbers != Numbers::kClassNumbers && tensor.values.size() == cells;
+  std::vector<ClassId> class_of = context.class_of;
+  if (has_opposite && class_of.size() == 1) class_of.insert(class_of.begin(), ClassId::kUnknown);
+  std::vector<std::size_t> position = positions_of(class_of, scores.classes);
   if (context.likeliest_first) {
-    scores.classes = context.class_of;
+    scores.classes = class_of;
     std::iota(position.begin(), position.end(), std::size_t{0});
   }
-  scores.values.resize(static_cast<std::size_t>(scores.width) * static_cast<std::size_t>(scores.height) * scores.classes.size());
+  scores.values.resize(cells * scores.classes.size());
+  if (reading.numbers == Numbers::kClassNumbers) {
+    decode_numbers(tensor, position, context, scores);
+    return {.scores = std::move(scores)};
+  }
+  Planes planes = to_planes(std::move(tensor), reading);
+  if (has_opposite) add_opposite(planes);
   parallel_for(static_cast<std::size_t>(scores.height),
-               [&](std::size_t y) { decode_row(logits, static_cast<int>(y), position, scores); });
-  return scores;
-}
-
-Image<ClassId> most_likely(const ClassScores& scores, int image_width, int image_height) {
-  const std::vector<Between> columns = neighbours(image_width, scores.width, scores.cells_per_px_x);
-  const std::vector<Between> rows = neighbours(image_height, scores.height, scores.cells_per_px_y);
-  const std::vector<std::uint16_t> best = best_per_cell(scores);
-  const std::size_t count = scores.classes.size();
-  const auto width = static_cast<std::size_t>(scores.width);
-  Image<ClassId> image(image_width, image_height);
-  parallel_for(rows.size(), [&](std::size_t v) {
-    const Between& y = rows[v];
-    ClassId* out = image.row(static_cast<int>(v));
-    std::vector<float> mixed(count);
-    for (const Between& x : columns) {
-      const std::size_t i[4] = {y.first * width + x.first, y.first * width + x.second, y.second * width + x.first,
-                                y.second * width + x.second};
-      std::size_t k = best[i[0]];
-      // A class that leads in all four cells leads everywhere between them.
-      if (best[i[1]] != k || best[i[2]] != k || best[i[3]] != k) {
-        const float* const cells[4] = {&scores.values[i[0] * count], &scores.values[i[1] * count], &scores.values[i[2] * count],
-                                       &scores.values[i[3] * count]};
-        const float shares[4] = {(1 - y.share) * (1 - x.share), (1 - y.share) * x.share, y.share * (1 - x.share),
-                                 y.share * x.share};
-        k = best_between(cells, shares, mixed);
-      }
-      *out++ = scores.classes[k];
-    }
-  });
-  return image;
+               [&](std::size_t y) { decode_row(planes, static_cast<int>(y), position, scores); });
+  return {.scores = std::move(scores)};
 }
 
 }  // namespace panoptic

@@ -1,33 +1,57 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <string>
 
-#include "panoptic/error.h"
 #include "panoptic/parallel.h"
 #include "panoptic/predict/decoders.h"
 #include "panoptic/predict/instance_mask.h"
+#include "panoptic/predict/output_shapes.h"
+#include "panoptic/predict/yolo_form.h"
 
 namespace panoptic {
 namespace {
 
 constexpr std::size_t kMaxCandidates = 1000;  // suppression is quadratic in them
-constexpr float kLeastProbability = 1e-3F;    // shares below are not worth their place in the map
+// 1 x masks x height x width, whatever order the network gives.
+Tensor channels_first(const Tensor& tensor, bool is_last) {
+  const std::vector<int> shape = *shape_of_rank(tensor, 3);
+  Tensor result{{1, shape[0], shape[1], shape[2]}, tensor.values};
+  if (!is_last) return result;
+  result.shape = {1, shape[2], shape[0], shape[1]};
+  const auto channels = static_cast<std::size_t>(shape[2]);
+  const std::size_t cells = tensor.values.size() / channels;
+  for (std::size_t i = 0; i < cells; ++i) {
+    for (std::size_t c = 0; c < channels; ++c) result.values[c * cells + i] = tensor.values[i * channels + c];
+  }
+  return result;
+}
 
-// The outputs of one stride: planes of width x height cells.
+// Numbers of many cells or boxes, several of each.
+struct Strided {
+  const float* data = nullptr;
+  std::size_t per_channel = 0;
+  std::size_t per_cell = 0;
+
+  float at(std::size_t channel, std::size_t cell) const { return data[channel * per_channel + cell * per_cell]; }
+  Strided from(std::size_t channel) const { return {data + channel * per_channel, per_channel, per_cell}; }
+};
+
+// The outputs of one stride, or all boxes at once.
 struct Head {
-  const Tensor* sides = nullptr;         // 4 x bins planes: distances to left, top, right, bottom
-  const Tensor* logits = nullptr;        // one plane per class
-  const Tensor* coefficients = nullptr;  // one plane per prototype
-  int width = 0;
-  int height = 0;
-  double stride_px = 0;  // of the network's input
+  YoloForm form = YoloForm::kHeads;
+  Strided boxes;    // distributions of 4 sides over bins; or centre and size; or corners
+  Strided objects;  // kRawWithObjects: whether there is any; kSuppressed: score and class number
+  Strided classes;
+  Strided coefficients;
+  std::size_t cells = 0;
+  std::size_t bins = 0;
+  int width = 0;         // kHeads: cells in a row
+  double stride_px = 1;  // of the network's input, for the numbers in `boxes`
+  double stride_y_px = 1;
+  bool are_probabilities = false;
 
-  std::size_t cells() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+  float probability(float value) const { return are_probabilities ? value : sigmoid(value); }
 };
 
 struct Candidate {
@@ -38,108 +62,127 @@ struct Candidate {
   Box box;
 };
 
-float sigmoid(float x) { return 1.0F / (1.0F + std::exp(-x)); }
+Strided planes_of(const Tensor& tensor, std::size_t cells) { return {tensor.values.data(), cells, 1}; }
 
-bool is_image_batch(const Tensor& tensor) { return tensor.shape.size() == 4 && tensor.shape[0] == 1; }
-
-bool same_grid(const Tensor& a, const Tensor& b) { return a.shape[2] == b.shape[2] && a.shape[3] == b.shape[3]; }
-
-// Nothing, or what is wrong with the shapes.
-std::string why_not_yolo(const std::vector<Tensor>& outputs, const DecodeContext& context) {
-  constexpr int kMinBins = 2;
-  if (outputs.size() < 4 || outputs.size() % 3 != 1) return fmt::format("it has {} outputs", outputs.size());
-  if (!std::all_of(outputs.begin(), outputs.end(), is_image_batch)) return "an output is not 1 x channels x height x width";
-  const std::size_t strides = outputs.size() / 3;
-  const Tensor& prototypes = outputs.back();
-  for (std::size_t s = 0; s < strides; ++s) {
-    const Tensor& sides = outputs[s];
-    const Tensor& logits = outputs[strides + s];
-    const Tensor& coefficients = outputs[2 * strides + s];
-    if (sides.shape[1] % 4 != 0 || sides.shape[1] < 4 * kMinBins)
-      return fmt::format("output {} has {} channels", s, sides.shape[1]);
-    if (logits.shape[1] != static_cast<int>(context.model.classes.size())) {
-      return fmt::format("output {} has {} classes, the description {}", strides + s, logits.shape[1],
-                         context.model.classes.size());
-    }
-    if (coefficients.shape[1] != prototypes.shape[1]) return "mask coefficients and prototypes differ in number";
-    if (!same_grid(sides, logits) || !same_grid(sides, coefficients)) return "boxes, classes and masks differ in size";
-    const int width = sides.shape[3];
-    const int height = sides.shape[2];
-    if (width < 1 || height < 1 || context.placement.input_width % width != 0 || context.placement.input_height % height != 0 ||
-        context.placement.input_width / width != context.placement.input_height / height) {
-      return fmt::format("output {} is {} x {}, which does not divide the input", s, width, height);
-    }
-  }
-  return prototypes.shape[2] < 1 || prototypes.shape[3] < 1 ? "the prototypes are empty" : "";
-}
-
-std::vector<Head> heads_of(const std::vector<Tensor>& outputs, const DecodeContext& context) {
-  if (const std::string why = why_not_yolo(outputs, context); !why.empty()) {
-    throw Error(
-        fmt::format("{}: the decoder 'yolo_seg' reads boxes, classes and mask coefficients per stride, then prototypes, but {}; "
-                    "check decoder, classes and [input]",
-                    context.model.path.string(), why));
-  }
-  const std::size_t strides = outputs.size() / 3;
+std::vector<Head> heads_of(const std::vector<Tensor>& outputs, const Reading& reading, const DecodeContext& context) {
+  const std::size_t strides = reading.roles.size() / 3;
   std::vector<Head> heads;
   for (std::size_t s = 0; s < strides; ++s) {
-    const int width = outputs[s].shape[3];
-    heads.push_back({&outputs[s], &outputs[strides + s], &outputs[2 * strides + s], width, outputs[s].shape[2],
-                     static_cast<double>(context.placement.input_width) / width});
+    const Tensor& sides = outputs[reading.roles[s]];
+    Head head;
+    head.width = sides.shape[3];
+    head.cells = static_cast<std::size_t>(sides.shape[2]) * static_cast<std::size_t>(head.width);
+    head.bins = static_cast<std::size_t>(sides.shape[1]) / 4;
+    head.boxes = planes_of(sides, head.cells);
+    head.classes = planes_of(outputs[reading.roles[strides + s]], head.cells);
+    head.coefficients = planes_of(outputs[reading.roles[2 * strides + s]], head.cells);
+    head.stride_px = static_cast<double>(context.placement.input_width) / head.width;
+    head.stride_y_px = head.stride_px;
+    head.are_probabilities = reading.numbers == Numbers::kProbabilities;
+    heads.push_back(head);
   }
   return heads;
 }
 
+// One output with a row or a column for every box.
+Head boxes_of(const Tensor& tensor, const Reading& reading, const DecodeContext& context) {
+  const auto rows = static_cast<std::size_t>(tensor.shape[tensor.shape.size() - 2]);
+  const auto columns = static_cast<std::size_t>(tensor.shape.back());
+  Head head;
+  head.form = static_cast<YoloForm>(reading.form);
+  head.cells = reading.channels_last ? rows : columns;
+  head.boxes = reading.channels_last ? Strided{tensor.values.data(), 1, columns} : Strided{tensor.values.data(), columns, 1};
+  head.objects = head.boxes.from(4);
+  head.classes = head.boxes.from(head.form == YoloForm::kRawWithObjects ? 5 : 4);
+  head.coefficients = head.form == YoloForm::kSuppressed ? head.boxes.from(6) : head.classes.from(context.class_of.size());
+  head.are_probabilities = reading.numbers == Numbers::kProbabilities;
+  constexpr float kLargestShare = 2;  // boxes as shares of the input may reach beyond it
+  float largest = 0;
+  for (std::size_t i = 0; i < head.cells; ++i) largest = std::max({largest, head.boxes.at(2, i), head.boxes.at(3, i)});
+  if (largest > 0 && largest <= kLargestShare) {
+    head.stride_px = context.placement.input_width;
+    head.stride_y_px = context.placement.input_height;
+  }
+  return head;
+}
+
 // The distance from a cell's centre to one side of the box, in strides: the expectation over the bins.
 double side_distance(const Head& head, std::size_t side, std::size_t cell) {
-  const auto bins = static_cast<std::size_t>(head.sides->shape[1]) / 4;
-  const float* logits = head.sides->values.data() + side * bins * head.cells() + cell;
-  float highest = logits[0];
-  for (std::size_t bin = 1; bin < bins; ++bin) highest = std::max(highest, logits[bin * head.cells()]);
+  const Strided logits = head.boxes.from(side * head.bins);
+  float highest = logits.at(0, cell);
+  for (std::size_t bin = 1; bin < head.bins; ++bin) highest = std::max(highest, logits.at(bin, cell));
   double sum = 0;
   double expectation = 0;
-  for (std::size_t bin = 0; bin < bins; ++bin) {
-    const double weight = std::exp(logits[bin * head.cells()] - highest);
+  for (std::size_t bin = 0; bin < head.bins; ++bin) {
+    const double weight = std::exp(logits.at(bin, cell) - highest);
     sum += weight;
     expectation += weight * static_cast<double>(bin);
   }
   return expectation / sum;
 }
 
-Box box_at(const Head& head, std::size_t cell, const Placement& placement) {
+// In the numbers of the head: strides or pixels of the input, or shares of it.
+Box box_in_head(const Head& head, std::size_t cell) {
+  const auto number = [&](std::size_t i) { return static_cast<double>(head.boxes.at(i, cell)); };
+  if (head.form == YoloForm::kSuppressed) return {number(0), number(1), number(2), number(3)};
+  if (head.form != YoloForm::kHeads) {
+    return {number(0) - number(2) / 2, number(1) - number(3) / 2, number(0) + number(2) / 2, number(1) + number(3) / 2};
+  }
   const auto row = static_cast<int>(cell / static_cast<std::size_t>(head.width));
   const double x = static_cast<int>(cell) - row * head.width + 0.5;
   const double y = row + 0.5;
+  return {x - side_distance(head, 0, cell), y - side_distance(head, 1, cell), x + side_distance(head, 2, cell),
+          y + side_distance(head, 3, cell)};
+}
+
+Box box_at(const Head& head, std::size_t cell, const Placement& placement) {
+  const Box box = box_in_head(head, cell);
   const double to_image_x = head.stride_px / placement.scale_x;
-  const double to_image_y = head.stride_px / placement.scale_y;
-  return {(x - side_distance(head, 0, cell)) * to_image_x, (y - side_distance(head, 1, cell)) * to_image_y,
-          (x + side_distance(head, 2, cell)) * to_image_x, (y + side_distance(head, 3, cell)) * to_image_y};
+  const double to_image_y = head.stride_y_px / placement.scale_y;
+  return {box.left * to_image_x, box.top * to_image_y, box.right * to_image_x, box.bottom * to_image_y};
+}
+
+void add_candidate(Candidate found, const DecodeContext& context, std::vector<Candidate>& candidates) {
+  if (found.class_id == ClassId::kUnknown || !(found.score >= context.model.thresholds.score)) return;
+  found.box = box_at(*found.head, found.cell, context.placement);
+  if (std::isfinite(found.box.left + found.box.top + found.box.right + found.box.bottom)) candidates.push_back(found);
 }
 
 // Cells whose best class scores well enough and has a counterpart.
 void collect(const Head& head, const DecodeContext& context, std::vector<Candidate>& candidates) {
-  std::vector<float> best_logit(head.logits->values.begin(),
-                                head.logits->values.begin() + static_cast<std::ptrdiff_t>(head.cells()));
-  std::vector<std::int32_t> best_class(head.cells(), 0);
+  std::vector<float> best_value(head.cells);
+  std::vector<std::int32_t> best_class(head.cells, 0);
+  for (std::size_t i = 0; i < head.cells; ++i) best_value[i] = head.classes.at(0, i);
   for (std::size_t c = 1; c < context.class_of.size(); ++c) {
-    const float* logits = head.logits->values.data() + c * head.cells();
-    for (std::size_t i = 0; i < head.cells(); ++i) {
-      best_class[i] = logits[i] > best_logit[i] ? static_cast<std::int32_t>(c) : best_class[i];
-      best_logit[i] = logits[i] > best_logit[i] ? logits[i] : best_logit[i];
+    for (std::size_t i = 0; i < head.cells; ++i) {
+      const float value = head.classes.at(c, i);
+      best_class[i] = value > best_value[i] ? static_cast<std::int32_t>(c) : best_class[i];
+      best_value[i] = value > best_value[i] ? value : best_value[i];
     }
   }
   // Comparing logits spares a sigmoid for nearly every cell; exact within rounding, so the score itself decides at the end.
   const double threshold = context.model.thresholds.score;
-  const double least_logit = std::log(threshold / (1 - threshold)) - 1e-3;
-  for (std::size_t i = 0; i < head.cells(); ++i) {
-    if (!(best_logit[i] >= least_logit)) continue;
-    const ClassId id = context.class_of[static_cast<std::size_t>(best_class[i])];
-    const float score = sigmoid(best_logit[i]);
-    if (id == ClassId::kUnknown || score < context.model.thresholds.score) continue;
-    const Box box = box_at(head, i, context.placement);
-    const bool finite = std::isfinite(box.left + box.top + box.right + box.bottom);
-    if (finite) candidates.push_back({&head, i, score, id, box});
+  const double least_value = head.are_probabilities ? threshold : std::log(threshold / (1 - threshold)) - 1e-3;
+  for (std::size_t i = 0; i < head.cells; ++i) {
+    if (!(best_value[i] >= least_value)) continue;
+    float score = head.probability(best_value[i]);
+    if (head.form == YoloForm::kRawWithObjects) score *= head.probability(head.objects.at(0, i));
+    add_candidate({&head, i, score, context.class_of[static_cast<std::size_t>(best_class[i])], {}}, context, candidates);
   }
+}
+
+// Boxes that the network has suppressed itself: a score and a class number each; unused rows are zeros.
+std::vector<Candidate> collect_suppressed(const Head& head, const DecodeContext& context) {
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < head.cells; ++i) {
+    const float score = head.objects.at(0, i);
+    if (!(score > 0)) continue;
+    const std::size_t c = class_index(head.objects.at(1, i), context.model);
+    add_candidate({&head, i, score, context.class_of[c], {}}, context, candidates);
+  }
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+  candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(context.model.thresholds.max_instances)));
+  return candidates;
 }
 
 // Non-maximum suppression within each class of the label set.
@@ -159,19 +202,12 @@ std::vector<Candidate> suppress(std::vector<Candidate> candidates, const Thresho
 }
 
 std::vector<ClassProbability> class_probabilities(const Candidate& candidate, const std::vector<ClassId>& class_of) {
-  std::map<ClassId, float> score_of;
-  for (std::size_t c = 0; c < class_of.size(); ++c) {
-    if (class_of[c] == ClassId::kUnknown) continue;
-    score_of[class_of[c]] += sigmoid(candidate.head->logits->values[c * candidate.head->cells() + candidate.cell]);
+  if (candidate.head->form == YoloForm::kSuppressed) return {};
+  std::vector<float> shares(class_of.size());
+  for (std::size_t c = 0; c < shares.size(); ++c) {
+    shares[c] = candidate.head->probability(candidate.head->classes.at(c, candidate.cell));
   }
-  float total = 0;
-  for (const auto& [id, score] : score_of) total += score;
-  std::erase_if(score_of, [&](const auto& entry) { return !(entry.second >= kLeastProbability * total); });
-  float kept = 0;
-  for (const auto& [id, score] : score_of) kept += score;
-  std::vector<ClassProbability> probabilities;
-  for (const auto& [id, score] : score_of) probabilities.push_back({id, score / kept});
-  return probabilities;
+  return distribution_of(shares, class_of);
 }
 
 // sigmoid(coefficients . prototypes) within the window.
@@ -183,7 +219,7 @@ void fill_mask_scores(const Candidate& candidate, const Tensor& prototypes, Scor
   const std::size_t corner = static_cast<std::size_t>(window.y0) * stride + static_cast<std::size_t>(window.x0);
   window.scores.assign(width * height, 0.0F);
   for (std::size_t p = 0; p < static_cast<std::size_t>(prototypes.shape[1]); ++p) {
-    const float coefficient = candidate.head->coefficients->values[p * candidate.head->cells() + candidate.cell];
+    const float coefficient = candidate.head->coefficients.at(p, candidate.cell);
     for (std::size_t y = 0; y < height; ++y) {
       const float* in = prototypes.values.data() + p * plane + corner + y * stride;
       float* out = window.scores.data() + y * width;
@@ -209,19 +245,31 @@ Instance to_instance(const Candidate& candidate, const Tensor& prototypes, const
 
 }  // namespace
 
-std::vector<Instance> decode_yolo_seg(const std::vector<Tensor>& outputs, const DecodeContext& context) {
-  const std::vector<Head> heads = heads_of(outputs, context);
+Findings decode_yolo(std::vector<Tensor> outputs, const Reading& reading, const DecodeContext& context) {
+  const Tensor prototypes = channels_first(outputs[reading.roles.back()], reading.masks_last);
+  const bool are_heads = static_cast<YoloForm>(reading.form) == YoloForm::kHeads;
+  if (are_heads && reading.channels_last) {
+    for (std::size_t i = 0; i + 1 < reading.roles.size(); ++i) {
+      outputs[reading.roles[i]] = channels_first(outputs[reading.roles[i]], true);
+    }
+  }
+  std::vector<Head> heads;
+  if (are_heads) {
+    heads = heads_of(outputs, reading, context);
+  } else {
+    heads = {boxes_of(outputs[reading.roles[0]], reading, context)};
+  }
   std::vector<Candidate> candidates;
-  for (const Head& head : heads) collect(head, context, candidates);
-  candidates = suppress(std::move(candidates), context.model.thresholds);
-
+  if (heads[0].form == YoloForm::kSuppressed) {
+    candidates = collect_suppressed(heads[0], context);
+  } else {
+    for (const Head& head : heads) collect(head, context, candidates);
+    candidates = suppress(std::move(candidates), context.model.thresholds);
+  }
   std::vector<Instance> instances(candidates.size());
-  parallel_for(candidates.size(), [&](std::size_t i) { instances[i] = to_instance(candidates[i], outputs.back(), context); });
-  std::erase_if(instances, [&](const Instance& instance) {
-    const auto pixels = instance.mask.pixels();
-    return std::count(pixels.begin(), pixels.end(), 1) < context.model.thresholds.min_area_px;
-  });
-  return instances;
+  parallel_for(candidates.size(), [&](std::size_t i) { instances[i] = to_instance(candidates[i], prototypes, context); });
+  drop_small(instances, context.model.thresholds);
+  return {.instances = std::move(instances)};
 }
 
 }  // namespace panoptic

@@ -3,42 +3,113 @@
 #include "panoptic/predict/decoders.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <span>
+#include <algorithm>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "panoptic/error.h"
+#include "panoptic/predict/output_shapes.h"
 
 namespace panoptic {
 namespace {
 
-template <typename Decoder>
-struct Entry {
+struct Decoder {
   std::string_view name;
-  Decoder decode;
+  std::string_view task;
+  Match (*recognise)(const std::vector<Tensor>& outputs, const Model& model);
+  Findings (*decode)(std::vector<Tensor> outputs, const Reading& reading, const DecodeContext& context);
 };
 
-constexpr Entry<SemanticDecoder> kSemantic[] = {{"semantic_logits", decode_semantic_logits}};
-constexpr Entry<InstanceDecoder> kInstance[] = {{"yolo_seg", decode_yolo_seg}};
+constexpr Decoder kDecoders[] = {{"semantic_logits", "semantic", recognise_semantic, decode_semantic},
+                                 {"yolo_seg", "instance", recognise_yolo, decode_yolo},
+                                 {"mask_rcnn", "instance", recognise_mask_rcnn, decode_mask_rcnn},
+                                 {"mask_queries", "panoptic", recognise_queries, decode_queries}};
 
-template <typename Decoder>
-Decoder find_decoder(std::span<const Entry<Decoder>> table, const Model& model, std::string_view task) {
-  if (model.task != task) {
-    throw Error(fmt::format("{}: its task is '{}', but it is used as the {} network", model.path.string(), model.task, task));
+bool serves(std::string_view decoder_task, std::string_view task) {
+  return decoder_task == task || decoder_task == "panoptic" || task == "panoptic";
+}
+
+void require_decoder(const Model& model) {
+  if (model.decoder.empty()) return;
+  std::vector<std::string_view> names;
+  for (const Decoder& decoder : kDecoders) names.push_back(decoder.name);
+  if (std::find(names.begin(), names.end(), model.decoder) != names.end()) return;
+  throw Error(fmt::format("{}: there is no decoder '{}'; leave it out, or use one of: {}", model.path.string(), model.decoder,
+                          fmt::join(names, ", ")));
+}
+
+[[noreturn]] void nothing_fits(const std::vector<Tensor>& outputs, const Model& model, const std::vector<std::string>& reasons) {
+  throw Error(fmt::format("{}: the network's outputs are not understood: it gives {}; {}", model.path.string(),
+                          outputs_text(outputs), fmt::join(reasons, "; ")));
+}
+
+// A description of an earlier version names a decoder that is not the one for what the network gives.
+std::string better_decoder(const std::vector<Tensor>& outputs, const Model& model) {
+  for (const Decoder& decoder : kDecoders) {
+    if (decoder.name == model.decoder) continue;
+    const Match match = decoder.recognise(outputs, model);
+    if (match.reading) return fmt::format("leave out decoder = \"{}\": they are {}", model.decoder, match.reading->text);
   }
-  std::string names;
-  for (const Entry<Decoder>& entry : table) {
-    if (entry.name == model.decoder) return entry.decode;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", entry.name);
-  }
-  throw Error(fmt::format("{}: there is no decoder '{}' for {} networks; use one of: {}", model.path.string(), model.decoder,
-                          task, names));
+  return "";
+}
+
+void require_task(const Reading& reading, const Model& model, std::string_view task) {
+  if (serves(reading.task, task)) return;
+  throw Error(fmt::format("{}: the network gives {}: its task is '{}', but it is used as the {} network (--{})",
+                          model.path.string(), reading.text, reading.task, task, task));
 }
 
 }  // namespace
 
-SemanticDecoder semantic_decoder(const Model& model) { return find_decoder<SemanticDecoder>(kSemantic, model, "semantic"); }
-InstanceDecoder instance_decoder(const Model& model) { return find_decoder<InstanceDecoder>(kInstance, model, "instance"); }
+Reading recognise(const std::vector<Tensor>& outputs, const Model& model, std::string_view task) {
+  require_decoder(model);
+  std::vector<Reading> readings;
+  std::vector<std::string> reasons;
+  std::string choices;
+  for (const Decoder& decoder : kDecoders) {
+    if (!model.decoder.empty() && model.decoder != decoder.name) continue;
+    Match match = decoder.recognise(outputs, model);
+    if (match.reading) {
+      match.reading->decoder = decoder.name;
+      match.reading->task = decoder.task;
+      readings.push_back(std::move(*match.reading));
+    } else if (!match.choices.empty() && serves(decoder.task, task)) {
+      choices = match.choices;
+    } else if (serves(decoder.task, task) || !model.decoder.empty()) {
+      reasons.push_back(fmt::format("not {}: {}", decoder.name, match.why_not));
+    }
+  }
+  // A network that detects has planes of classes, or numbers of classes, too.
+  if (readings.size() > 1) std::erase_if(readings, [](const Reading& reading) { return reading.task == "semantic"; });
+  if (readings.size() > 1 || !choices.empty()) {
+    std::erase_if(readings, [&](const Reading& reading) { return !serves(reading.task, task); });
+  }
+  if (readings.size() == 1) {
+    require_task(readings[0], model, task);
+    return readings[0];
+  }
+  if (readings.size() > 1) {
+    choices = fmt::format("they may be {} or {}: name one with decoder = \"{}\" or \"{}\"", readings[0].text, readings[1].text,
+                          readings[0].decoder, readings[1].decoder);
+  }
+  if (!choices.empty()) {
+    throw Error(fmt::format("{}: the network's outputs can be read in several ways: it gives {}; {}", model.path.string(),
+                            outputs_text(outputs), choices));
+  }
+  if (!model.decoder.empty()) {
+    if (std::string better = better_decoder(outputs, model); !better.empty()) reasons.push_back(std::move(better));
+  }
+  nothing_fits(outputs, model, reasons);
+}
+
+Findings decode(std::vector<Tensor> outputs, const Reading& reading, const DecodeContext& context) {
+  const auto* decoder =
+      std::find_if(std::begin(kDecoders), std::end(kDecoders), [&](const Decoder& d) { return d.name == reading.decoder; });
+  PANOPTIC_ASSERT(decoder != std::end(kDecoders));
+  return decoder->decode(std::move(outputs), reading, context);
+}
 
 }  // namespace panoptic

@@ -14,15 +14,20 @@
 
 namespace panoptic {
 
+// From the input in the network's own order of dimensions to its outputs, which have their names.
 using Inference = std::function<std::vector<Tensor>(const Tensor&)>;
 
 // Each loads a file of weights, and throws Error if it cannot. `threads` is positive.
-Inference load_with_opencv(const std::filesystem::path& weights, int threads);
+Inference load_with_opencv(const std::filesystem::path& weights, const OnnxFile& file, int threads);
 #ifdef PANOPTIC_ONNXRUNTIME
 Inference load_with_onnxruntime(const std::filesystem::path& weights, int threads);
 #endif
 
-// The beginning of an engine's message, which may be pages long, for the text of an Error.
-std::string shortened(std::string_view message);
+// Why OpenCV is not to be trusted with a network, because it would give other results than ONNX Runtime or die; else empty.
+std::string why_not_opencv(const OnnxFile& file);
+
+// An engine's message for the text of an Error: the reason alone, without the places in the engine's own sources, and not pages
+// of it.
+std::string reason_in(std::string_view message);
 
 }  // namespace panoptic

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace panoptic {
 namespace {
 
 // The place of pixel i on the grid along one axis.
-double on_grid(int i, double cells_per_px, int cells) {
+double on_grid(double i, double cells_per_px, int cells) {
   return std::clamp((i + 0.5) * cells_per_px - 0.5, 0.0, static_cast<double>(cells - 1));
 }
 
@@ -49,8 +50,8 @@ PixelRect pixels_in(const Box& box, int image_width, int image_height) {
 }
 
 ScoreWindow window_around(const PixelRect& rect, const ScoreGrid& grid) {
-  const auto column = [&](int u) { return static_cast<int>(on_grid(u, grid.cells_per_px_x, grid.width)); };
-  const auto row = [&](int v) { return static_cast<int>(on_grid(v, grid.cells_per_px_y, grid.height)); };
+  const auto column = [&](int u) { return static_cast<int>(on_grid(u - grid.left_px, grid.cells_per_px_x, grid.width)); };
+  const auto row = [&](int v) { return static_cast<int>(on_grid(v - grid.top_px, grid.cells_per_px_y, grid.height)); };
   ScoreWindow window{column(rect.x0), row(rect.y0), 0, 0, {}};
   window.width = std::min(column(rect.x0 + rect.width - 1) + 1, grid.width - 1) - window.x0 + 1;
   window.height = std::min(row(rect.y0 + rect.height - 1) + 1, grid.height - 1) - window.y0 + 1;
@@ -60,11 +61,11 @@ ScoreWindow window_around(const PixelRect& rect, const ScoreGrid& grid) {
 Image<std::uint8_t> draw_mask(const PixelRect& rect, const ScoreGrid& grid, const ScoreWindow& window, float threshold) {
   std::vector<Between> columns;
   for (int u = rect.x0; u < rect.x0 + rect.width; ++u) {
-    columns.push_back(between(on_grid(u, grid.cells_per_px_x, grid.width), window.x0, window.width));
+    columns.push_back(between(on_grid(u - grid.left_px, grid.cells_per_px_x, grid.width), window.x0, window.width));
   }
   Image<std::uint8_t> mask(rect.width, rect.height);
   for (int v = 0; v < rect.height; ++v) {
-    const Between y = between(on_grid(rect.y0 + v, grid.cells_per_px_y, grid.height), window.y0, window.height);
+    const Between y = between(on_grid(rect.y0 + v - grid.top_px, grid.cells_per_px_y, grid.height), window.y0, window.height);
     const float* upper = window.scores.data() + y.first * static_cast<std::size_t>(window.width);
     const float* lower = window.scores.data() + y.second * static_cast<std::size_t>(window.width);
     std::uint8_t* out = mask.row(v);
@@ -75,6 +76,29 @@ Image<std::uint8_t> draw_mask(const PixelRect& rect, const ScoreGrid& grid, cons
     }
   }
   return mask;
+}
+
+std::vector<ClassProbability> distribution_of(const std::vector<float>& shares, const std::vector<ClassId>& class_of) {
+  constexpr float kLeastProbability = 1e-3F;  // less is not worth its place in the map
+  std::map<ClassId, float> share_of;
+  for (std::size_t c = 0; c < class_of.size(); ++c) {
+    if (class_of[c] != ClassId::kUnknown) share_of[class_of[c]] += shares[c];
+  }
+  float total = 0;
+  for (const auto& [id, share] : share_of) total += share;
+  std::erase_if(share_of, [&](const auto& entry) { return !(entry.second >= kLeastProbability * total); });
+  float kept = 0;
+  for (const auto& [id, share] : share_of) kept += share;
+  std::vector<ClassProbability> probabilities;
+  for (const auto& [id, share] : share_of) probabilities.push_back({id, share / kept});
+  return probabilities;
+}
+
+void drop_small(std::vector<Instance>& instances, const Thresholds& thresholds) {
+  std::erase_if(instances, [&](const Instance& instance) {
+    const auto pixels = instance.mask.pixels();
+    return std::count(pixels.begin(), pixels.end(), 1) < thresholds.min_area_px;
+  });
 }
 
 }  // namespace panoptic

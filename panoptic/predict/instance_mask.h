@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "panoptic/image.h"
+#include "panoptic/predict/model.h"
+#include "panoptic/segmentation.h"
 
 namespace panoptic {
 
@@ -35,12 +37,14 @@ struct PixelRect {
 // The pixels of the image whose centres lie in the box. The box must be finite.
 PixelRect pixels_in(const Box& box, int image_width, int image_height);
 
-// A grid of width x height cells over the image: grid = (image + 0.5) * cells_per_px - 0.5.
+// A grid of width x height cells over the image, or over a part of it: grid = (image + 0.5 - left) * cells_per_px - 0.5.
 struct ScoreGrid {
   int width = 0;
   int height = 0;
   double cells_per_px_x = 1;
   double cells_per_px_y = 1;
+  double left_px = 0;
+  double top_px = 0;
 };
 
 // Scores of the cells [x0, x0 + width) x [y0, y0 + height) of a grid.
@@ -57,5 +61,13 @@ ScoreWindow window_around(const PixelRect& rect, const ScoreGrid& grid);
 
 // 1 where the score, interpolated bilinearly at the pixel's centre, exceeds the threshold. Of the size of the rectangle.
 Image<std::uint8_t> draw_mask(const PixelRect& rect, const ScoreGrid& grid, const ScoreWindow& window, float threshold);
+
+// p(l | O) over the classes of the label set: a network's shares of its own classes, added up where they have the same
+// counterpart and divided by their sum. Those without a counterpart are left out, and what holds less than a thousandth of the
+// sum.
+std::vector<ClassProbability> distribution_of(const std::vector<float>& shares, const std::vector<ClassId>& class_of);
+
+// Drops instances whose mask has less pixels than thresholds.min_area_px.
+void drop_small(std::vector<Instance>& instances, const Thresholds& thresholds);
 
 }  // namespace panoptic

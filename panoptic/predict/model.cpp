@@ -12,6 +12,7 @@
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
+#include "panoptic/predict/class_names.h"
 
 namespace panoptic {
 namespace {
@@ -40,15 +41,17 @@ Fields fields(Thresholds& thresholds) {
 }
 
 Fields fields(Model& model, std::string& classes_file) {
-  Fields result = {{"name", &model.name, "the network's name", required()},
-                   {"task", &model.task, "what it predicts", {.choices = {"semantic", "instance"}, .required = true}},
-                   {"decoder", &model.decoder, "how its outputs are read", required()},
-                   {"weights", &model.weights, "the ONNX file", required()},
-                   {"weights_opencv", &model.weights_opencv, "the ONNX file for OpenCV, where it needs another one", {}},
-                   {"weights_folders", &model.weights_folders, "where the weights may lie, relative to this file", {}},
-                   {"classes", &model.classes, "the network's classes in order", {}},
-                   {"classes_file", &classes_file, "a file with one class a line, instead of classes", {}},
-                   {"class_map", &model.class_maps, "[class_map.<label set>]: network class = class of the label set", {}}};
+  Fields result = {
+      {"name", &model.name, "the network's name", required()},
+      {"task", &model.task, "what it predicts; left out: what it is used for", one_of({"", "semantic", "instance", "panoptic"})},
+      {"decoder", &model.decoder, "how its outputs are read; left out: as they look", {}},
+      {"outputs", &model.outputs, "what the outputs do not say themselves: role = name of the output", {}},
+      {"weights", &model.weights, "the ONNX file", required()},
+      {"weights_opencv", &model.weights_opencv, "the ONNX file for OpenCV, where it needs another one", {}},
+      {"weights_folders", &model.weights_folders, "where the weights may lie, relative to this file", {}},
+      {"classes", &model.classes, "the network's classes in order", {}},
+      {"classes_file", &classes_file, "a file with one class a line, instead of classes", {}},
+      {"class_map", &model.class_maps, "[class_map.<label set>]: network class = class of the label set", {}}};
   append_group(result, "input", fields(model.input));
   append_group(result, "thresholds", fields(model.thresholds));
   return result;
@@ -105,7 +108,7 @@ std::string names_of(const LabelSet& labels) {
 std::vector<ClassId> map_by_name(const Model& model, const LabelSet& labels) {
   std::vector<ClassId> ids(model.classes.size(), ClassId::kUnknown);
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const LabelClass* same = labels.find(model.classes[i]);
+    const LabelClass* same = counterpart_of(model.classes[i], labels);
     if (same != nullptr) ids[i] = same->id;
   }
   return ids;

@@ -37,8 +37,9 @@ struct Thresholds {
 struct Model {
   std::filesystem::path path;  // the TOML file
   std::string name;
-  std::string task;     // "semantic" or "instance"
-  std::string decoder;  // "semantic_logits" or "yolo_seg"
+  std::string task;                            // "semantic", "instance" or "panoptic"; empty = as it is used
+  std::string decoder;                         // empty = as the outputs look
+  std::map<std::string, std::string> outputs;  // what the outputs do not say themselves
   std::string weights;
   std::string weights_opencv;  // where OpenCV needs other weights than ONNX Runtime; empty = the same
   std::vector<std::string> weights_folders;
@@ -56,7 +57,7 @@ Model load_model(const std::filesystem::path& path);
 std::filesystem::path find_weights(const Model& model, Engine engine);
 
 // The class in the label set of each network class, kUnknown where it has none. Uses [class_map.<label set's name>], or else
-// equal names. Throws Error if the map names a class that does not exist, or if nothing maps.
+// names that mean the same (class_names.h). Throws Error if the map names a class that does not exist, or if nothing maps.
 std::vector<ClassId> map_classes(const Model& model, const LabelSet& labels);
 
 }  // namespace panoptic

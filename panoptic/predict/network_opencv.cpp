@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
+#include <string_view>
 
 #include "panoptic/error.h"
 #include "panoptic/predict/inference.h"
@@ -24,46 +27,78 @@ class Quiet {
   cv::utils::logging::LogLevel before_;
 };
 
-Tensor to_tensor(const cv::Mat& mat) {
+// Operators that OpenCV 4.6 has not or not in full: numbers of results that depend on the image, subgraphs, sequences.
+constexpr std::array<std::string_view, 12> kNotInOpenCv = {
+    "If",         "Loop",      "NonMaxSuppression", "NonZero", "RoiAlign",
+    "Scan",       "ScatterND", "SequenceConstruct", "TopK",    "SplitToSequence",
+    "GridSample", "Einsum"};
+
+// Without the fixed sizes that the file promises OpenCV drops and adds dimensions of 1.
+void restore_shape(const OnnxValue& promised, Tensor& tensor) {
+  std::size_t count = 1;
+  for (const OnnxExtent& extent : promised.shape) count *= static_cast<std::size_t>(extent.size);
+  if (!promised.has_shape || count != tensor.values.size()) return;
+  tensor.shape.clear();
+  for (const OnnxExtent& extent : promised.shape) tensor.shape.push_back(static_cast<int>(extent.size));
+}
+
+Tensor to_tensor(const cv::Mat& mat, const OnnxValue& promised) {
+  cv::Mat whole;
+  mat.convertTo(whole, CV_32F);
   Tensor tensor;
-  for (int i = 0; i < mat.dims; ++i) tensor.shape.push_back(mat.size[i]);
-  const cv::Mat whole = mat.isContinuous() ? mat : mat.clone();
+  for (int i = 0; i < whole.dims; ++i) tensor.shape.push_back(whole.size[i]);
   tensor.values.assign(whole.ptr<float>(), whole.ptr<float>() + whole.total());
+  restore_shape(promised, tensor);
   return tensor;
 }
 
 // OpenCV 4.6 lists the output layers in the order of the ONNX graph's outputs.
-std::vector<Tensor> run(cv::dnn::Net& net, const std::vector<cv::String>& outputs, const Tensor& input) {
+std::vector<Tensor> run(cv::dnn::Net& net, const std::vector<cv::String>& outputs, const OnnxFile& file, const Tensor& input) {
   const Quiet quiet;
   net.setInput(cv::Mat(input.shape, CV_32F, const_cast<float*>(input.values.data())));
   std::vector<cv::Mat> mats;
   net.forward(mats, outputs);
+  if (mats.size() != file.outputs.size())
+    throw Error(fmt::format("it gives {} outputs, not {}", mats.size(), file.outputs.size()));
   std::vector<Tensor> tensors;
-  for (const cv::Mat& mat : mats) {
-    if (mat.type() != CV_32F) throw Error("an output is not of 32-bit floats");
-    tensors.push_back(to_tensor(mat));
-  }
+  for (std::size_t i = 0; i < mats.size(); ++i) tensors.push_back(to_tensor(mats[i], file.outputs[i]));
   return tensors;
 }
 
 }  // namespace
 
-Inference load_with_opencv(const std::filesystem::path& weights, int threads) {
+std::string why_not_opencv(const OnnxFile& file) {
+  if (!file.external_files.empty()) return "its weights are in a second file";
+  const OnnxValue& input = file.inputs.front();
+  if (input.type != OnnxType::kFloat) return fmt::format("its input is of {}", text_of(input.type));
+  if (!input.has_shape || input.shape.size() != 4) return "its input is not 1 x 3 x height x width";
+  for (const OnnxValue& output : file.outputs) {
+    if (output.type != OnnxType::kFloat) return fmt::format("its output '{}' is of {}", output.name, text_of(output.type));
+  }
+  for (const std::string& operation : file.operators) {
+    if (operation.find("::") != std::string::npos) return fmt::format("it has the operator {}", operation);
+    if (std::find(kNotInOpenCv.begin(), kNotInOpenCv.end(), operation) != kNotInOpenCv.end())
+      return fmt::format("it has the operator {}", operation);
+  }
+  return "";
+}
+
+Inference load_with_opencv(const std::filesystem::path& weights, const OnnxFile& file, int threads) {
   const Quiet quiet;
   try {
     const auto net = std::make_shared<cv::dnn::Net>(cv::dnn::readNetFromONNX(weights.string()));
     if (net->empty()) throw Error(fmt::format("{}: the network is empty", weights.string()));
     cv::setNumThreads(threads);
-    return [net, outputs = net->getUnconnectedOutLayersNames(), name = weights.string()](const Tensor& input) {
+    return [net, file, outputs = net->getUnconnectedOutLayersNames(), name = weights.string()](const Tensor& input) {
       try {
-        return run(*net, outputs, input);
+        return run(*net, outputs, file, input);
       } catch (const std::exception& e) {
-        throw Error(fmt::format("{}: OpenCV cannot run the network, does [input] fit it? {}", name, shortened(e.what())));
+        throw Error(fmt::format("{}: OpenCV cannot run the network, does [input] fit it? {}", name, reason_in(e.what())));
       }
     };
   } catch (const cv::Exception& e) {
     throw Error(fmt::format("{}: OpenCV cannot load it, is it a whole ONNX file that OpenCV {} supports? {}", weights.string(),
-                            CV_VERSION, shortened(e.err)));
+                            CV_VERSION, reason_in(e.err)));
   }
 }
 

@@ -2,76 +2,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/predictor.h"
 
+#include <algorithm>
+#include <memory>
+#include <string_view>
 #include <utility>
 
 #include "panoptic/base/config.h"
 #include "panoptic/error.h"
-#include "panoptic/predict/decoders.h"
-#include "panoptic/predict/model.h"
-#include "panoptic/predict/network.h"
-#include "panoptic/predict/preprocess.h"
+#include "panoptic/predict/network_stage.h"
 
 namespace panoptic {
 namespace {
 
-// A network with its description and decoder: from a colour image to whatever the decoder gives.
-template <typename Decoder>
-class Stage {
- public:
-  Stage(Model model, Decoder decode, std::vector<ClassId> class_of, const NetworkOptions& options)
-      : model_(std::move(model)),
-        decode_(decode),
-        class_of_(std::move(class_of)),
-        likeliest_first_(options.likeliest_first),
-        network_(load(model_, options)) {
-    run(Image<Rgb>(model_.input.width, model_.input.height));
-  }
-
-  auto run(const ImageView<Rgb>& color) const {
-    const DecodeContext context{model_, class_of_, place(color.width(), color.height(), model_.input), likeliest_first_};
-    return decode_(network_.run(to_input(color, model_.input)), context);
-  }
-
- private:
-  static Network load(const Model& model, const NetworkOptions& options) {
-    const Engine engine = engine_from(options.engine);
-    return {find_weights(model, engine), engine, options.threads};
-  }
-
-  Model model_;
-  Decoder decode_;
-  std::vector<ClassId> class_of_;
-  bool likeliest_first_;
-  Network network_;
-};
-
-using SemanticStage = Stage<SemanticDecoder>;
-using InstanceStage = Stage<InstanceDecoder>;
-
-SemanticStage load_semantic(const std::string& description, const NetworkOptions& options, const LabelSet& labels) {
+std::unique_ptr<NetworkStage> load_stage(const std::string& description, std::string_view task, const NetworkOptions& options,
+                                         const LabelSet& labels) {
   Model model = load_model(description);
-  const SemanticDecoder decode = semantic_decoder(model);
-  std::vector<ClassId> class_of = map_classes(model, labels);
-  return {std::move(model), decode, std::move(class_of), options};
+  if (options.score_threshold) model.thresholds.score = static_cast<float>(*options.score_threshold);
+  return std::make_unique<NetworkStage>(std::move(model), task, options, labels);
 }
 
-InstanceStage load_instance(const NetworkOptions& options, const LabelSet& labels) {
-  Model model = load_model(options.instance);
-  const InstanceDecoder decode = instance_decoder(model);
-  if (options.score_threshold) model.thresholds.score = static_cast<float>(*options.score_threshold);
-  std::vector<ClassId> class_of = map_classes(model, labels);
-  for (ClassId& id : class_of) {
-    if (!labels.is_thing(id)) id = ClassId::kUnknown;  // what is stuff in this label set has no instances
-  }
-  return {std::move(model), decode, std::move(class_of), options};
-}
+// The findings of all networks in one image.
+struct Found {
+  std::vector<ClassScores> scores;
+  std::vector<Instance> instances;
+};
 
 class NetworkPredictor final : public Predictor {
  public:
   NetworkPredictor(const NetworkOptions& options, LabelSet labels)
       : labels_(std::move(labels)), unknown_share_(options.unknown_share), segmentation_(options.segmentation) {
-    for (const std::string& description : options.semantic) semantic_.push_back(load_semantic(description, options, labels_));
-    if (!options.instance.empty()) instance_.emplace(load_instance(options, labels_));
+    for (const std::string& description : options.semantic) {
+      const bool is_both = description == options.instance;
+      semantic_.push_back(load_stage(description, is_both ? "panoptic" : "semantic", options, labels_));
+      if (is_both) instance_ = semantic_.back().get();
+    }
+    if (!options.instance.empty() && instance_ == nullptr) {
+      own_instance_ = load_stage(options.instance, "instance", options, labels_);
+      instance_ = own_instance_.get();
+    }
+    share_out();
   }
 
   const LabelSet& labels() const override { return labels_; }
@@ -79,35 +48,84 @@ class NetworkPredictor final : public Predictor {
   // One network after the other, each on all threads: side by side on half of them was slower (docs/networks.md).
   Segmentation predict(const Frame& frame) override {
     if (frame.color.empty()) return {};
-    const Image<ClassId> classes = semantic(frame.color);
-    return fuse(classes, instances(frame.color), labels_, segmentation_);
+    Found found;
+    for (NetworkStage* stage : stages()) add(*stage, frame.color, found);
+    const Image<ClassId> classes = classes_of(std::move(found.scores), frame.color);
+    return fuse(classes, found.instances, labels_, segmentation_);
   }
 
   std::optional<PredictorHalves> halves() override {
-    if (semantic_.empty() || !instance_) return std::nullopt;
-    return PredictorHalves{[this](const ImageView<Rgb>& color) { return semantic(color); },
-                           [this](const ImageView<Rgb>& color) { return instances(color); },
+    const std::vector<NetworkStage*> all = stages();
+    const bool apart =
+        std::none_of(all.begin(), all.end(), [](const NetworkStage* s) { return s->gives_scores && s->gives_instances; });
+    if (semantic_.empty() || instance_ == nullptr || !apart) return std::nullopt;
+    return PredictorHalves{[this](const ImageView<Rgb>& color) {
+                             Found found;
+                             for (const auto& stage : semantic_) add(*stage, color, found);
+                             return classes_of(std::move(found.scores), color);
+                           },
+                           [this](const ImageView<Rgb>& color) {
+                             Found found;
+                             add(*instance_, color, found);
+                             return found.instances;
+                           },
                            [this](const Image<ClassId>& classes, const std::vector<Instance>& found) {
                              return fuse(classes, found, labels_, segmentation_);
                            }};
   }
 
+  std::vector<std::string> take_warnings() override {
+    std::vector<std::string> all;
+    for (NetworkStage* stage : stages()) {
+      for (std::string& warning : stage->take_warnings()) all.push_back(std::move(warning));
+    }
+    return all;
+  }
+
+  PredictorReport report() const override {
+    PredictorReport result;
+    for (const NetworkStage* stage : stages()) {
+      if (result.trouble.empty()) result.trouble = stage->trouble();
+      if (std::string unmatched = stage->unmatched(); !unmatched.empty()) result.notes.push_back(std::move(unmatched));
+    }
+    return result;
+  }
+
  private:
-  Image<ClassId> semantic(const ImageView<Rgb>& color) const {
-    std::vector<ClassScores> scores;
-    for (const SemanticStage& network : semantic_) scores.push_back(network.run(color));
+  // A network that finds both stands for the other one where that is not given.
+  void share_out() {
+    for (NetworkStage* stage : stages()) {
+      const bool finds_both = stage->reading().task == "panoptic";
+      stage->gives_scores = stage != own_instance_.get() || (finds_both && semantic_.empty());
+      stage->gives_instances = stage == instance_ || (finds_both && instance_ == nullptr);
+    }
+  }
+
+  std::vector<NetworkStage*> stages() const {
+    std::vector<NetworkStage*> all;
+    for (const auto& stage : semantic_) all.push_back(stage.get());
+    if (own_instance_) all.push_back(own_instance_.get());
+    return all;
+  }
+
+  static void add(NetworkStage& stage, const ImageView<Rgb>& color, Found& found) {
+    Findings findings = stage.run(color);
+    if (stage.gives_scores && findings.scores) found.scores.push_back(std::move(*findings.scores));
+    if (!stage.gives_instances) return;
+    for (Instance& instance : findings.instances) found.instances.push_back(std::move(instance));
+  }
+
+  Image<ClassId> classes_of(std::vector<ClassScores> scores, const ImageView<Rgb>& color) const {
     if (scores.empty()) return {color.width(), color.height()};
     return most_likely(average(std::move(scores), unknown_share_), color.width(), color.height());
-  }
-  std::vector<Instance> instances(const ImageView<Rgb>& color) const {
-    return instance_ ? instance_->run(color) : std::vector<Instance>();
   }
 
   LabelSet labels_;
   float unknown_share_;
   SegmentationOptions segmentation_;
-  std::vector<SemanticStage> semantic_;
-  std::optional<InstanceStage> instance_;
+  std::vector<std::unique_ptr<NetworkStage>> semantic_;
+  std::unique_ptr<NetworkStage> own_instance_;
+  NetworkStage* instance_ = nullptr;  // the same, or the semantic network that is also given as the one for instances
 };
 
 }  // namespace

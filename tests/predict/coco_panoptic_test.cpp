@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <span>
+
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json.h"
@@ -78,6 +80,33 @@ TEST(CocoPanoptic, IsMappedToTheLabelSetByName) {
 }
 
 // Three chairs side by side: one by itself, and two regions of chairs that nobody told apart.
+TEST(CocoPanoptic, ReadsIdsFromGreyPictures) {
+  Json json = coco_json();
+  json["annotations"][1]["segments_info"][0]["id"] = 300;
+  json["annotations"][1]["segments_info"][1]["id"] = 255;
+  const std::filesystem::path folder = write_coco(json);
+  write_png(folder / "panoptic" / "a.png", Image<std::uint16_t>(5, 1, std::vector<std::uint16_t>{0, 300, 1, 255, 5}));
+  const auto predictor = make_file_predictor(folder, room_labels());
+  const Segmentation wide = predictor->predict(frame_number(31));
+  ASSERT_EQ(wide.segments.size(), 2U);
+  EXPECT_NE(wide.segment_at[1], 0);
+  EXPECT_NE(wide.segment_at[2], 0);
+  EXPECT_EQ(wide.segment_at[2], wide.segment_at[3]);
+  EXPECT_EQ(wide.segment_at[4], 0);
+  const auto narrow = encode_png(Image<std::uint8_t>(5, 1, std::vector<std::uint8_t>{0, 0, 1, 255, 5}));
+  write_file(folder / "panoptic" / "a.png", std::span<const std::uint8_t>(narrow));
+  EXPECT_EQ(predictor->predict(frame_number(31)).segment_at[2], predictor->predict(frame_number(31)).segment_at[3]);
+  EXPECT_NE(predictor->predict(frame_number(31)).segment_at[2], 0);
+}
+
+TEST(CocoPanoptic, KnowsSynonymsOfTheLabelSet) {
+  Json json = coco_json();
+  json["categories"][1]["name"] = "wall-other-merged";
+  json["categories"][0]["name"] = "armchair";
+  const Segmentation seen = make_file_predictor(write_coco(json), room_labels())->predict(frame_number(31));
+  ASSERT_EQ(seen.segments.size(), 2U);
+}
+
 TEST(CocoPanoptic, CrowdsOfAClassAreNoObject) {
   Json json = coco_json();
   json["annotations"][1]["segments_info"] = Json::parse(

@@ -29,7 +29,14 @@ Model model_with(std::size_t classes) {
   model.task = "semantic";
   model.decoder = "semantic_logits";
   model.classes.resize(classes);
+  model.input.width = 7;
+  model.input.height = 5;
   return model;
+}
+
+ClassScores decode_semantic_logits(std::vector<Tensor> outputs, const DecodeContext& context) {
+  const Reading reading = recognise(outputs, context.model, "semantic");
+  return *decode(std::move(outputs), reading, context).scores;
 }
 
 Tensor random_logits(int classes, int height, int width, float spread) {
@@ -307,12 +314,14 @@ TEST(Average, DoesNotDependOnTheOrderOfTheNetworks) {
   EXPECT_EQ(one.values, other.values);
 }
 
-TEST(Decoders, AreFoundByTaskAndName) {
-  Model model = model_with(1);
-  EXPECT_EQ(semantic_decoder(model), &decode_semantic_logits);
-  EXPECT_THAT(error_of([&] { instance_decoder(model); }), HasSubstr("task is 'semantic'"));
+TEST(Decoders, AreFoundByNameAndRefuseAnotherTask) {
+  Model model = model_with(6);
+  const std::vector<Tensor> outputs = {random_logits(6, 5, 7, 1)};
+  EXPECT_EQ(recognise(outputs, model, "semantic").decoder, "semantic_logits");
+  EXPECT_THAT(error_of([&] { recognise(outputs, model, "instance"); }), HasSubstr("task is 'semantic'"));
   model.decoder = "magic";
-  EXPECT_THAT(error_of([&] { semantic_decoder(model); }), testing::AllOf(HasSubstr("'magic'"), HasSubstr("semantic_logits")));
+  EXPECT_THAT(error_of([&] { recognise(outputs, model, "semantic"); }),
+              testing::AllOf(HasSubstr("'magic'"), HasSubstr("semantic_logits")));
 }
 
 }  // namespace

@@ -32,7 +32,14 @@ Model yolo_model() {
   model.task = "instance";
   model.decoder = "yolo_seg";
   model.classes.resize(kClassOf.size());
+  model.input.width = kInput;
+  model.input.height = kInput;
   return model;
+}
+
+std::vector<Instance> decode_yolo_seg(std::vector<Tensor> outputs, const DecodeContext& context) {
+  const Reading reading = recognise(outputs, context.model, "instance");
+  return decode(std::move(outputs), reading, context).instances;
 }
 
 // Outputs in which about one cell in twelve holds an object.
@@ -270,12 +277,123 @@ TEST(YoloSeg, RefusesOutputsOfAnotherKind) {
     return error_of([&] { decode_yolo_seg(outputs, context); });
   };
   EXPECT_THAT(broken([](auto& o) { o.clear(); }), HasSubstr("0 outputs"));
-  EXPECT_THAT(broken([](auto& o) { o.pop_back(); }), HasSubstr("9 outputs"));
-  EXPECT_THAT(broken([](auto& o) { o[4].shape = {1, 5, 4, 4}; }), HasSubstr("5 classes, the description 4"));
-  EXPECT_THAT(broken([](auto& o) { o[0].shape = {1, 66, 8, 8}; }), HasSubstr("66 channels"));
-  EXPECT_THAT(broken([](auto& o) { o[9].shape = {1, 3, 16, 32}; }), HasSubstr("prototypes"));
+  EXPECT_THAT(broken([](auto& o) { o.pop_back(); }), HasSubstr("prototypes"));
+  EXPECT_THAT(broken([](auto& o) { o[4].shape = {1, 5, 4, 4}; }), HasSubstr("64, 5 and 6 channels"));
+  EXPECT_THAT(broken([](auto& o) { o[0].shape = {1, 66, 8, 8}; }), HasSubstr("66"));
+  EXPECT_THAT(broken([](auto& o) { o[9].shape = {1, 3, 16, 32}; }), HasSubstr("yolo.toml"));
   EXPECT_THAT(broken([](auto& o) { o[6].shape = {64}; }), HasSubstr("yolo.toml"));
-  EXPECT_THAT(broken([](auto& o) { std::swap(o[0], o[1]); }), HasSubstr("differ in size"));
+}
+
+void expect_same(const std::vector<Instance>& a, const std::vector<Instance>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  ASSERT_FALSE(a.empty());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].segment.class_id, b[i].segment.class_id);
+    EXPECT_NEAR(a[i].segment.score, b[i].segment.score, 1e-5);
+    EXPECT_EQ(a[i].x0, b[i].x0);
+    EXPECT_EQ(a[i].mask, b[i].mask);
+  }
+}
+
+const Placement kSquare{kInput, kInput, kInput, kInput, 1, 1};
+
+TEST(YoloSeg, ReadsHeadsInAnyOrder) {
+  const Model model = yolo_model();
+  const DecodeContext context{model, kClassOf, kSquare};
+  const std::vector<Tensor> outputs = random_outputs(1);
+  const std::vector<Instance> expected = decode_yolo_seg(outputs, context);
+  std::vector<Tensor> mixed = outputs;
+  std::mt19937 random(3);
+  for (int i = 0; i < 5; ++i) {
+    std::shuffle(mixed.begin(), mixed.end(), random);
+    expect_same(decode_yolo_seg(mixed, context), expected);
+  }
+}
+
+TEST(YoloSeg, TakesClassValuesWithinZeroAndOneForProbabilities) {
+  const Model model = yolo_model();
+  const DecodeContext context{model, kClassOf, kSquare};
+  std::vector<Tensor> outputs = random_outputs(1);
+  const std::vector<Instance> expected = decode_yolo_seg(outputs, context);
+  for (std::size_t s = 3; s < 6; ++s) {
+    for (float& value : outputs[s].values) value = static_cast<float>(sigmoid(value));
+  }
+  expect_same(decode_yolo_seg(outputs, context), expected);
+}
+
+// The heads after the steps that Ultralytics' export adds: boxes as centre and size, classes as probabilities, strides joined.
+std::vector<Tensor> raw_outputs(const std::vector<Tensor>& heads, bool channels_last) {
+  std::vector<std::vector<float>> boxes;
+  for (std::size_t s = 0; s < 3; ++s) {
+    const int side = heads[s].shape[3];
+    for (int i = 0; i < side * side; ++i) {
+      const Cell cell{s, i % side, i / side};
+      const NaiveObject object = naive_object(heads, cell, kSquare);
+      std::vector<float> numbers = {
+          static_cast<float>((object.left + object.right) / 2), static_cast<float>((object.top + object.bottom) / 2),
+          static_cast<float>(object.right - object.left), static_cast<float>(object.bottom - object.top)};
+      for (int c = 0; c < 4; ++c) numbers.push_back(static_cast<float>(sigmoid(at(heads[3 + s], c, cell.y, cell.x))));
+      for (int m = 0; m < kPrototypes; ++m) numbers.push_back(static_cast<float>(at(heads[6 + s], m, cell.y, cell.x)));
+      boxes.push_back(numbers);
+    }
+  }
+  const int count = static_cast<int>(boxes.size());
+  const int numbers = static_cast<int>(boxes[0].size());
+  Tensor tensor{channels_last ? std::vector<int>{1, count, numbers} : std::vector<int>{1, numbers, count}, {}};
+  for (int i = 0; i < count * numbers; ++i) {
+    const auto box = static_cast<std::size_t>(channels_last ? i / numbers : i % count);
+    const auto number = static_cast<std::size_t>(channels_last ? i % numbers : i / count);
+    tensor.values.push_back(boxes[box][number]);
+  }
+  return {tensor, heads[9]};
+}
+
+TEST(YoloSeg, ReadsUltralyticsOwnExportAsItsHeads) {
+  const Model model = yolo_model();
+  const DecodeContext context{model, kClassOf, kSquare};
+  const std::vector<Tensor> heads = random_outputs(2);
+  const std::vector<Instance> expected = decode_yolo_seg(heads, context);
+  for (const bool channels_last : {false, true}) {
+    std::vector<Tensor> raw = raw_outputs(heads, channels_last);
+    expect_same(decode_yolo_seg(raw, context), expected);
+    std::swap(raw[0], raw[1]);
+    expect_same(decode_yolo_seg(raw, context), expected);
+  }
+}
+
+TEST(YoloSeg, ReadsAnExportThatSuppressesItself) {
+  const Model model = yolo_model();
+  const DecodeContext context{model, kClassOf, kSquare};
+  Tensor rows{{1, 300, 6 + kPrototypes}, std::vector<float>(300 * (6 + kPrototypes))};
+  const float found[] = {8, 8, 40, 24, 0.9F, 2, 1, 0, 0, 0, 0, 0};
+  std::copy(std::begin(found), std::end(found), rows.values.begin());
+  Tensor prototypes{{1, kPrototypes, 16, 16}, std::vector<float>(kPrototypes * 256)};
+  std::fill_n(prototypes.values.begin(), 256, 5.0F);
+  const std::vector<Instance> instances = decode_yolo_seg({rows, prototypes}, context);
+  ASSERT_EQ(instances.size(), 1U);
+  EXPECT_EQ(instances[0].segment.class_id, kCup);
+  EXPECT_FLOAT_EQ(instances[0].segment.score, 0.9F);
+  EXPECT_EQ(instances[0].x0, 8);
+  EXPECT_EQ(instances[0].mask.width(), 32);
+  EXPECT_EQ(instances[0].mask.height(), 16);
+}
+
+TEST(YoloSeg, TellsBoxesFromClassesOfEqualNumberByNameOrRefuses) {
+  Model model = yolo_model();
+  model.decoder.clear();
+  const std::vector<ClassId> class_of(64, kCup);
+  model.classes.resize(64);
+  std::vector<Tensor> outputs = random_outputs(1);
+  for (std::size_t s = 3; s < 6; ++s) outputs[s] = Tensor{outputs[s - 3].shape, outputs[s - 3].values};
+  EXPECT_THAT(error_of([&] { recognise(outputs, model, "instance"); }), HasSubstr("order = \"boxes classes masks\""));
+  for (std::size_t s = 0; s < 3; ++s) {
+    outputs[s].name = "/model.22/cv3." + std::to_string(s) + "/Conv_output_0";
+    outputs[s + 3].name = "/model.22/cv2." + std::to_string(s) + "/Conv_output_0";
+  }
+  EXPECT_THAT(recognise(outputs, model, "instance").roles, testing::ElementsAre(3, 4, 5, 0, 1, 2, 6, 7, 8, 9));
+  for (Tensor& output : outputs) output.name.clear();
+  model.outputs["order"] = "classes boxes masks";
+  EXPECT_THAT(recognise(outputs, model, "instance").roles, testing::ElementsAre(3, 4, 5, 0, 1, 2, 6, 7, 8, 9));
 }
 
 }  // namespace
