@@ -64,7 +64,6 @@ constexpr std::string_view kVoc =
     "tvmonitor";
 // The numbers up to 90 that are no category of COCO's detection task.
 constexpr std::array<int, 10> kCocoGaps = {12, 26, 29, 30, 45, 66, 68, 69, 71, 83};
-constexpr int kLastCocoCategory = 90;
 
 std::vector<std::string> split(std::string_view list) {
   std::vector<std::string> names;

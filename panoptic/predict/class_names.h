@@ -23,6 +23,8 @@ bool is_background(std::string_view name);
 // Whether these are the 80 classes of COCO's detection task, in order.
 bool is_coco80(const std::vector<std::string>& classes);
 
+inline constexpr int kLastCocoCategory = 90;
+
 // The position among these 80 of a category number of COCO, 1 to 90 with gaps; -1 if there is none.
 int index_of_coco_category(int category);
 

@@ -27,18 +27,22 @@ struct Detection {
   Box box;
 };
 
-// The position of a class in the description.
-std::size_t index_of_label(float label, const Reading& reading, const Model& model) {
+// The position of a class in the description; nothing for a number that COCO gives to no class.
+std::optional<std::size_t> index_of_label(float label, const Reading& reading, const Model& model) {
   if (reading.labels_from == LabelsFrom::kZero) return class_index(label, model);
-  if (reading.labels_from == LabelsFrom::kCoco)
-    return class_index(static_cast<float>(index_of_coco_category(static_cast<int>(label))), model);
-  if (label < 1) {
+  const bool is_coco = reading.labels_from == LabelsFrom::kCoco;
+  if (!(label >= 1) || (is_coco && !(label <= kLastCocoCategory))) {
     throw Error(
-        fmt::format("{}: the network gives the class number {}, but is taken to number classes from 1; say in the "
-                    "description: [outputs] first_class = \"0\"",
-                    model.path.string(), label));
+        fmt::format("{}: the network gives the class number {}, but {}; say in the description: [outputs] first_class = "
+                    "\"0\"{}",
+                    model.path.string(), label,
+                    is_coco ? "is taken to give the category numbers of COCO, 1 to 90" : "is taken to number classes from 1",
+                    is_coco ? " or \"1\"" : ""));
   }
-  return class_index(label - 1, model);
+  if (!is_coco) return class_index(label - 1, model);
+  const int index = index_of_coco_category(static_cast<int>(label));
+  if (index < 0) return std::nullopt;
+  return static_cast<std::size_t>(index);
 }
 
 // Probabilities of the background and of each class of the description.
@@ -106,7 +110,10 @@ std::vector<Detection> detections_in(const std::vector<Tensor>& outputs, const R
     const float* box = boxes.values.data() + i * columns;
     const float score = reading.roles[2] == kNone ? box[4] : outputs[reading.roles[2]].values[i];
     if (!(score >= context.model.thresholds.score) || score <= 0) continue;  // places that are not used hold zeros
-    Detection d{i, index_of_label(outputs[reading.roles[1]].values[i], reading, context.model), {}, {}};
+    require_probability(score, context.model);
+    const auto class_index = index_of_label(outputs[reading.roles[1]].values[i], reading, context.model);
+    if (!class_index) continue;
+    Detection d{i, *class_index, {}, {}};
     d.segment.class_id = context.class_of[d.class_index];
     d.segment.score = score;
     const Placement& placement = context.placement;
@@ -122,6 +129,12 @@ std::vector<Detection> detections_in(const std::vector<Tensor>& outputs, const R
   return detections;
 }
 
+struct Masks {
+  const Tensor& tensor;
+  MaskShape shape;
+  bool are_probabilities = false;
+};
+
 ScoreGrid grid_of(const Detection& detection, const MaskShape& shape, const Placement& placement) {
   if (!shape.in_boxes) {
     return {shape.width, shape.height, placement.scale_x * shape.width / placement.input_width,
@@ -136,8 +149,8 @@ ScoreGrid grid_of(const Detection& detection, const MaskShape& shape, const Plac
           box.top};
 }
 
-Instance to_instance(const Detection& detection, const Tensor& masks, const DecodeContext& context, bool are_probabilities) {
-  const MaskShape shape = mask_shape_of(masks, context.model.input);
+Instance to_instance(const Detection& detection, const Masks& masks, const DecodeContext& context) {
+  const MaskShape& shape = masks.shape;
   const PixelRect rect = pixels_in(detection.box, context.placement.image_width, context.placement.image_height);
   Instance instance{detection.segment, rect.x0, rect.y0, {}};
   if (rect.width < 1 || rect.height < 1) return instance;
@@ -148,9 +161,9 @@ Instance to_instance(const Detection& detection, const Tensor& masks, const Deco
   const std::size_t which =
       detection.row * static_cast<std::size_t>(shape.per_detection) + (shape.per_detection > 1 ? detection.class_index : 0);
   for (int y = 0; y < window.height; ++y) {
-    const float* in = masks.values.data() + which * plane + static_cast<std::size_t>(window.y0 + y) * stride +
+    const float* in = masks.tensor.values.data() + which * plane + static_cast<std::size_t>(window.y0 + y) * stride +
                       static_cast<std::size_t>(window.x0);
-    for (int x = 0; x < window.width; ++x) window.scores.push_back(are_probabilities ? in[x] : sigmoid(in[x]));
+    for (int x = 0; x < window.width; ++x) window.scores.push_back(masks.are_probabilities ? in[x] : sigmoid(in[x]));
   }
   instance.mask = draw_mask(rect, grid, window, context.model.thresholds.mask);
   return instance;
@@ -160,11 +173,11 @@ Instance to_instance(const Detection& detection, const Tensor& masks, const Deco
 
 Findings decode_mask_rcnn(std::vector<Tensor> outputs, const Reading& reading, const DecodeContext& context) {
   const std::vector<Detection> detections = detections_in(outputs, reading, context);
-  const Tensor& masks = outputs[reading.roles[3]];
-  const bool are_probabilities = are_shares(masks.values);
+  const Tensor& tensor = outputs[reading.roles[3]];
+  const int count = (*shape_of_rank(outputs[reading.roles[0]], 2))[0];
+  const Masks masks{tensor, mask_shape_of(tensor, count, context.model.input), are_shares(tensor.values)};
   std::vector<Instance> instances(detections.size());
-  parallel_for(detections.size(),
-               [&](std::size_t i) { instances[i] = to_instance(detections[i], masks, context, are_probabilities); });
+  parallel_for(detections.size(), [&](std::size_t i) { instances[i] = to_instance(detections[i], masks, context); });
   drop_small(instances, context.model.thresholds);
   return {.instances = std::move(instances)};
 }

@@ -187,18 +187,23 @@ Match recognise_queries(const std::vector<Tensor>& outputs, const Model& model) 
   if (std::any_of(outputs.begin(), outputs.end(), [](const Tensor& t) { return t.is_whole; })) {
     return {.why_not = "it gives whole numbers, which queries have none of"};
   }
-  std::optional<std::size_t> logits = output_named_for("classes", outputs, model);
-  std::optional<std::size_t> masks = output_named_for("masks", outputs, model);
+  const auto are_logits = [&](const Tensor& t) {
+    const auto shape = t.shape.size() == 4 ? std::nullopt : shape_of_rank(t, 2);
+    return shape && (*shape)[0] > 0 && ((*shape)[1] == classes + 1 || (lists_none && (*shape)[1] == classes));
+  };
+  std::optional<std::size_t> logits = output_named_for("classes", outputs, model, are_logits);
   for (std::size_t i = 0; i < outputs.size() && !logits; ++i) {
-    const auto shape = outputs[i].shape.size() == 4 ? std::nullopt : shape_of_rank(outputs[i], 2);
-    const bool fits = shape && !outputs[i].is_whole && ((*shape)[1] == classes + 1 || (lists_none && (*shape)[1] == classes));
-    if (fits && !name_contains(outputs[i], "aux") && !name_contains(outputs[i], "box")) logits = i;
+    if (are_logits(outputs[i]) && !name_contains(outputs[i], "aux") && !name_contains(outputs[i], "box")) logits = i;
   }
   if (!logits) return {.why_not = fmt::format("no output has queries x {} ({} classes and \"no object\")", classes + 1, classes)};
   const int queries = (*shape_of_rank(outputs[*logits], 2))[0];
+  const auto are_masks = [&](const Tensor& t) {
+    const auto shape = t.shape.size() >= 3 ? shape_of_rank(t, 3) : std::nullopt;
+    return shape && (*shape)[0] == queries && !t.values.empty();
+  };
+  std::optional<std::size_t> masks = output_named_for("masks", outputs, model, are_masks);
   for (std::size_t i = 0; i < outputs.size() && !masks; ++i) {
-    const auto shape = outputs[i].shape.size() >= 3 ? shape_of_rank(outputs[i], 3) : std::nullopt;
-    if (i != *logits && shape && (*shape)[0] == queries && queries > 0 && !name_contains(outputs[i], "aux")) masks = i;
+    if (i != *logits && are_masks(outputs[i]) && !name_contains(outputs[i], "aux")) masks = i;
   }
   if (!masks) return {.why_not = fmt::format("no output has {} masks, one for each of its queries", queries)};
   Reading reading;

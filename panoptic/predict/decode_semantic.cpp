@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,9 +8,9 @@
 #include <numeric>
 #include <utility>
 
-#include "panoptic/error.h"
 #include "panoptic/parallel.h"
 #include "panoptic/predict/decoders.h"
+#include "panoptic/predict/output_shapes.h"
 
 namespace panoptic {
 namespace {
@@ -120,11 +118,7 @@ void decode_numbers(const Tensor& tensor, const std::vector<std::size_t>& positi
   for (std::size_t i = 0; i < tensor.values.size(); ++i) {
     const float number = tensor.values[i];
     if (number == kIgnored || number < 0) continue;
-    if (!(number < static_cast<float>(position.size()))) {
-      throw Error(fmt::format("{}: the network gives the class number {}, but its description has {} classes, numbered from 0",
-                              context.model.path.string(), number, position.size()));
-    }
-    scores.values[i * count + position[static_cast<std::size_t>(number)]] = 1;
+    scores.values[i * count + position[class_index(number, context.model)]] = 1;
   }
 }
 

@@ -13,6 +13,7 @@ namespace panoptic {
 namespace {
 
 constexpr std::size_t kMaxCandidates = 1000;  // suppression is quadratic in them
+
 // 1 x masks x height x width, whatever order the network gives.
 Tensor channels_first(const Tensor& tensor, bool is_last) {
   const std::vector<int> shape = *shape_of_rank(tensor, 3);
@@ -177,6 +178,7 @@ std::vector<Candidate> collect_suppressed(const Head& head, const DecodeContext&
   for (std::size_t i = 0; i < head.cells; ++i) {
     const float score = head.objects.at(0, i);
     if (!(score > 0)) continue;
+    require_probability(score, context.model);
     const std::size_t c = class_index(head.objects.at(1, i), context.model);
     add_candidate({&head, i, score, context.class_of[c], {}}, context, candidates);
   }

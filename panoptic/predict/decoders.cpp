@@ -76,17 +76,17 @@ Reading recognise(const std::vector<Tensor>& outputs, const Model& model, std::s
       match.reading->decoder = decoder.name;
       match.reading->task = decoder.task;
       readings.push_back(std::move(*match.reading));
-    } else if (!match.choices.empty() && serves(decoder.task, task)) {
+    } else if (!match.choices.empty()) {
       choices = match.choices;
     } else if (serves(decoder.task, task) || !model.decoder.empty()) {
       reasons.push_back(fmt::format("not {}: {}", decoder.name, match.why_not));
     }
   }
   // A network that detects has planes of classes, or numbers of classes, too.
-  if (readings.size() > 1) std::erase_if(readings, [](const Reading& reading) { return reading.task == "semantic"; });
   if (readings.size() > 1 || !choices.empty()) {
-    std::erase_if(readings, [&](const Reading& reading) { return !serves(reading.task, task); });
+    std::erase_if(readings, [](const Reading& reading) { return reading.task == "semantic"; });
   }
+  if (readings.size() > 1) std::erase_if(readings, [&](const Reading& reading) { return !serves(reading.task, task); });
   if (readings.size() == 1) {
     require_task(readings[0], model, task);
     return readings[0];

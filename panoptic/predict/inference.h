@@ -4,6 +4,7 @@
 // The inference engines behind Network; nothing else includes this.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -25,6 +26,9 @@ Inference load_with_onnxruntime(const std::filesystem::path& weights, int thread
 
 // Why OpenCV is not to be trusted with a network, because it would give other results than ONNX Runtime or die; else empty.
 std::string why_not_opencv(const OnnxFile& file);
+
+// Throws Error if an output has more numbers than any network for images gives: before memory is taken for them.
+void require_size(std::uint64_t numbers, const std::string& output, const std::string& network);
 
 // An engine's message for the text of an Error: the reason alone, without the places in the engine's own sources, and not pages
 // of it.

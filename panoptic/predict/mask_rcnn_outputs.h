@@ -25,6 +25,6 @@ struct MaskShape {
   bool in_boxes = false;  // else over the whole input
 };
 
-MaskShape mask_shape_of(const Tensor& masks, const InputFormat& input);
+MaskShape mask_shape_of(const Tensor& masks, int detections, const InputFormat& input);
 
 }  // namespace panoptic

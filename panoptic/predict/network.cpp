@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
 #include <utility>
 
 #include "panoptic/error.h"
@@ -17,6 +18,7 @@ namespace panoptic {
 namespace {
 
 constexpr int kColors = 3;
+constexpr std::uint64_t kMostNumbers = std::uint64_t{1} << 28;  // 400 masks over 800 x 800 pixels
 
 void require_file(const std::filesystem::path& weights) {
   std::error_code error;
@@ -87,10 +89,17 @@ NetworkInput input_of(const OnnxFile& file, const std::string& name) {
 
 void require_outputs(const OnnxFile& file, const std::string& name) {
   for (const OnnxValue& output : file.outputs) {
-    if (output.is_tensor) continue;
-    throw Error(
-        fmt::format("{}: its output '{}' is a sequence or a map, not a tensor; export the network with tensors as outputs", name,
-                    output.name));
+    if (!output.is_tensor) {
+      throw Error(
+          fmt::format("{}: its output '{}' is a sequence or a map, not a tensor; export the network with tensors as outputs",
+                      name, output.name));
+    }
+    std::uint64_t numbers = 1;
+    for (const OnnxExtent& extent : output.shape) {
+      const std::uint64_t size = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(extent.size));
+      numbers = numbers > kMostNumbers / size ? kMostNumbers + 1 : numbers * size;
+    }
+    require_size(numbers, output.name, name);
   }
 }
 
@@ -172,6 +181,13 @@ Engine engine_from(std::string_view name) {
     throw Error("this build has no ONNX Runtime: use the engine 'opencv' or 'auto', or run scripts/setup and build again");
   }
   throw Error(fmt::format("there is no inference engine '{}': use auto, onnxruntime or opencv", name));
+}
+
+void require_size(std::uint64_t numbers, const std::string& output, const std::string& network) {
+  if (numbers <= kMostNumbers) return;
+  throw Error(
+      fmt::format("{}: its output '{}' has more than {} million numbers; export it for smaller images, or with less masks",
+                  network, output, kMostNumbers >> 20));
 }
 
 std::string reason_in(std::string_view message) {

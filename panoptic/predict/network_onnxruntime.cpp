@@ -89,6 +89,7 @@ class OnnxRuntimeNetwork {
 
   Tensor to_tensor(const Ort::Value& value, const std::string& output) const {
     const auto type = value.GetTensorTypeAndShapeInfo();
+    require_size(type.GetElementCount(), output, name_);
     Tensor tensor;
     for (const std::int64_t extent : type.GetShape()) tensor.shape.push_back(static_cast<int>(extent));
     tensor.values.resize(type.GetElementCount());

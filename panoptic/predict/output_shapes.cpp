@@ -53,13 +53,21 @@ bool is_named(const Tensor& tensor, std::initializer_list<std::string_view> name
   return std::find(names.begin(), names.end(), lower(tensor.name)) != names.end();
 }
 
-std::optional<std::size_t> output_named_for(std::string_view role, const std::vector<Tensor>& outputs, const Model& model) {
+std::optional<std::size_t> output_named_for(std::string_view role, const std::vector<Tensor>& outputs, const Model& model,
+                                            const std::function<bool(const Tensor&)>& fits) {
   const auto entry = model.outputs.find(std::string(role));
   if (entry == model.outputs.end()) return std::nullopt;
   const auto found = std::find_if(outputs.begin(), outputs.end(), [&](const Tensor& t) { return t.name == entry->second; });
-  if (found != outputs.end()) return static_cast<std::size_t>(found - outputs.begin());
-  throw Error(fmt::format("{}: [outputs] {} = \"{}\": the network has no output of that name; it gives {}", model.path.string(),
-                          role, entry->second, outputs_text(outputs)));
+  if (found == outputs.end()) {
+    throw Error(fmt::format("{}: [outputs] {} = \"{}\": the network has no output of that name; it gives {}", model.path.string(),
+                            role, entry->second, outputs_text(outputs)));
+  }
+  if (!fits(*found)) {
+    throw Error(
+        fmt::format("{}: [outputs] {} = \"{}\": this output does not have the shape or the type of {}; the network gives {}",
+                    model.path.string(), role, entry->second, role, outputs_text(outputs)));
+  }
+  return static_cast<std::size_t>(found - outputs.begin());
 }
 
 std::string output_setting(std::string_view key, std::initializer_list<std::string_view> choices, const Model& model) {
@@ -93,10 +101,19 @@ std::size_t count_not_finite(std::span<const float> values) {
 
 float sigmoid(float x) { return 1.0F / (1.0F + std::exp(-x)); }
 
+void require_probability(float score, const Model& model) {
+  if (are_shares({&score, 1})) return;
+  throw Error(
+      fmt::format("{}: the network gives {} as the score of a detection, which is no probability: are its outputs what "
+                  "they are taken for? [outputs] can name them (docs/networks.md)",
+                  model.path.string(), score));
+}
+
 std::size_t class_index(float number, const Model& model) {
-  if (number >= 0 && number < static_cast<float>(model.classes.size())) return static_cast<std::size_t>(number);
-  throw Error(fmt::format("{}: the network gives the class number {}, but its description has {} classes", model.path.string(),
-                          number, model.classes.size()));
+  const bool is_whole = number == std::floor(number);
+  if (is_whole && number >= 0 && number < static_cast<float>(model.classes.size())) return static_cast<std::size_t>(number);
+  throw Error(fmt::format("{}: the network gives the class number {}, but its description has {} classes, numbered from 0",
+                          model.path.string(), number, model.classes.size()));
 }
 
 }  // namespace panoptic

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <span>
@@ -29,8 +30,10 @@ std::optional<std::vector<int>> shape_of_rank(const Tensor& tensor, std::size_t 
 bool is_named(const Tensor& tensor, std::initializer_list<std::string_view> names);
 bool name_contains(const Tensor& tensor, std::string_view part);
 
-// The output that the description's table [outputs] names for a role. Throws Error if the network has none of that name.
-std::optional<std::size_t> output_named_for(std::string_view role, const std::vector<Tensor>& outputs, const Model& model);
+// The output that the description's table [outputs] names for a role. Throws Error if the network has none of that name, or it
+// does not fit the role.
+std::optional<std::size_t> output_named_for(std::string_view role, const std::vector<Tensor>& outputs, const Model& model,
+                                            const std::function<bool(const Tensor&)>& fits);
 // Another entry of that table; empty if there is none. Throws Error if it is not one of the choices.
 std::string output_setting(std::string_view key, std::initializer_list<std::string_view> choices, const Model& model);
 
@@ -42,6 +45,9 @@ bool are_whole(std::span<const float> values);
 std::size_t count_not_finite(std::span<const float> values);
 
 float sigmoid(float x);
+
+// Throws Error naming the model if a detection's score is no probability.
+void require_probability(float score, const Model& model);
 
 // The position of a class that a network names by its number. Throws Error naming the model if there is no such class.
 std::size_t class_index(float number, const Model& model);

@@ -30,7 +30,7 @@ struct Outputs {
 template <typename Fits>
 std::optional<std::size_t> find(const Outputs& outputs, std::string_view role, std::initializer_list<std::string_view> words,
                                 Fits fits) {
-  if (const auto named = output_named_for(role, outputs.all, outputs.model)) return named;
+  if (const auto named = output_named_for(role, outputs.all, outputs.model, fits)) return named;
   std::optional<std::size_t> first;
   for (std::size_t i = 0; i < outputs.all.size(); ++i) {
     if (outputs.taken(i) || !fits(outputs.all[i])) continue;
@@ -55,6 +55,7 @@ bool is_list(const Tensor& tensor, int count) {
 // Masks of so many detections; what lies between count and height is 1, or one for each class.
 bool is_masks(const Tensor& tensor, int count, std::size_t classes) {
   const std::vector<int>& s = tensor.shape;
+  if (s.size() < 3 || (count > 0 && tensor.values.empty())) return false;
   if (s.size() == 5) return s[0] == 1 && s[1] == count && s[2] == 1;
   if (s.size() == 3) return s[0] == count;
   if (s.size() != 4) return false;
@@ -88,9 +89,10 @@ std::string find_outputs(Outputs& outputs) {
   found.masks = *masks;
   const int columns = static_cast<int>(classes);
   found.distribution = find(outputs, "distribution", {"prob", "logit", "dist"}, [&](const Tensor& t) {
-    return has_columns(t, columns) || has_columns(t, columns + 1) || (is_coco80(outputs.model.classes) && has_columns(t, 91));
+    const bool has_classes =
+        has_columns(t, columns) || has_columns(t, columns + 1) || (is_coco80(outputs.model.classes) && has_columns(t, 91));
+    return has_classes && (*shape_of_rank(t, 2))[0] == count;
   });
-  if (found.distribution && (*shape_of_rank(outputs.all[*found.distribution], 2))[0] != count) found.distribution.reset();
   outputs.after = find(outputs, "", {"size"}, [](const Tensor& t) { return t.is_whole && is_list(t, 2); });
   return "";
 }
@@ -118,11 +120,10 @@ std::optional<LabelsFrom> labels_from(const Outputs& outputs, bool masks_in_boxe
 
 }  // namespace
 
-MaskShape mask_shape_of(const Tensor& masks, const InputFormat& input) {
+MaskShape mask_shape_of(const Tensor& masks, int detections, const InputFormat& input) {
   const std::size_t rank = masks.shape.size();
   MaskShape shape{masks.shape[rank - 1], masks.shape[rank - 2], 1, false};
-  const bool one_each = rank != 4 || masks.shape[1] == 1 || masks.shape[0] == 1;
-  if (!one_each) shape.per_detection = masks.shape[1];
+  if (rank == 4 && masks.shape[0] == detections) shape.per_detection = masks.shape[1];
   const bool is_input = shape.width == input.width && shape.height == input.height;
   shape.in_boxes = !is_input && std::max(shape.width, shape.height) <= kMostBoxMaskSide;
   return shape;
@@ -132,7 +133,7 @@ Match recognise_mask_rcnn(const std::vector<Tensor>& outputs, const Model& model
   Outputs found{outputs, model, {}, {}};
   if (const std::string missing = find_outputs(found); !missing.empty()) return {.why_not = missing};
   const MaskRcnnOutputs& roles = found.found;
-  const MaskShape shape = mask_shape_of(outputs[roles.masks], model.input);
+  const MaskShape shape = mask_shape_of(outputs[roles.masks], (*shape_of_rank(outputs[roles.boxes], 2))[0], model.input);
   const std::optional<LabelsFrom> from = labels_from(found, shape.in_boxes);
   if (!from) {
     return {.choices =

@@ -73,7 +73,7 @@ bool is_map(const Tensor& tensor, const Model& model) {
 
 std::vector<Layout> layouts_of(const std::vector<Tensor>& outputs, const Model& model) {
   std::vector<Layout> layouts;
-  const std::optional<std::size_t> named = output_named_for("semantic", outputs, model);
+  const std::optional<std::size_t> named = output_named_for("semantic", outputs, model, [](const Tensor&) { return true; });
   const std::string chosen = output_setting("layout", {"nchw", "nhwc", "map"}, model);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (named && *named != i) continue;

@@ -79,7 +79,6 @@ TEST(CocoPanoptic, IsMappedToTheLabelSetByName) {
   }
 }
 
-// Three chairs side by side: one by itself, and two regions of chairs that nobody told apart.
 TEST(CocoPanoptic, ReadsIdsFromGreyPictures) {
   Json json = coco_json();
   json["annotations"][1]["segments_info"][0]["id"] = 300;
@@ -107,6 +106,7 @@ TEST(CocoPanoptic, KnowsSynonymsOfTheLabelSet) {
   ASSERT_EQ(seen.segments.size(), 2U);
 }
 
+// Three chairs side by side: one by itself, and two regions of chairs that nobody told apart.
 TEST(CocoPanoptic, CrowdsOfAClassAreNoObject) {
   Json json = coco_json();
   json["annotations"][1]["segments_info"] = Json::parse(

@@ -142,6 +142,38 @@ TEST(MaskRcnn, RefusesNumbersOfClassesThatCannotBe) {
   EXPECT_THAT(error_of([&] { instances_in({odd.scores, odd.masks, odd.labels, odd.boxes}); }), HasSubstr("first_class"));
 }
 
+TEST(MaskRcnn, RefusesScoresAndLabelsInEachOthersPlace) {
+  Parts p;
+  p.labels = Tensor{{1}, {0.9F}, "labels"};
+  p.scores = Tensor{{1}, {2}, "scores"};
+  EXPECT_THAT(error_of([&] { instances_in({p.boxes, p.labels, p.scores, p.masks}); }), HasSubstr("2 as the score"));
+  const Parts good;
+  const Tensor fraction{{1}, {1.5F}, "pred_classes"};
+  EXPECT_THAT(error_of([&] { instances_in({good.boxes, fraction, good.scores, good.masks}); }), HasSubstr("class number 1.5"));
+}
+
+TEST(MaskRcnn, TakesTheMaskOfItsClassForASingleDetectionToo) {
+  const Parts p;
+  Tensor per_class{{1, 3, 28, 28}, std::vector<float>(3 * 784), "masks"};
+  std::copy(p.masks.values.begin(), p.masks.values.end(), per_class.values.begin() + 784);
+  expect_left_half(instances_in({p.boxes, p.labels, p.scores, per_class}), kCup);
+}
+
+TEST(MaskRcnn, RefusesAnOutputThatDoesNotFitTheRoleThatTheDescriptionGivesIt) {
+  const Parts p;
+  for (const char* role : {"masks", "boxes", "labels", "scores", "distribution"}) {
+    Model model = detector();
+    model.outputs[role] = role == std::string("boxes") ? "masks" : "boxes";
+    EXPECT_THAT(error_of([&] {
+                  instances_in({p.boxes, p.labels, p.scores, p.masks}, model);
+                }),
+                HasSubstr("does not have"))
+        << role;
+  }
+  const Tensor no_cells{{1, 1, 0, 28}, {}, "masks"};
+  EXPECT_THAT(error_of([&] { instances_in({p.boxes, p.labels, p.scores, no_cells}); }), HasSubstr("no masks"));
+}
+
 TEST(MaskRcnn, SaysWhatIsMissing) {
   const Parts p;
   EXPECT_THAT(error_of([&] { instances_in({p.boxes, p.labels, p.scores}); }), HasSubstr("no masks"));

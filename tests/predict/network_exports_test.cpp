@@ -146,6 +146,18 @@ TEST(Network, GivesTheReasonOfOnnxRuntimeWithoutPathsOfItsBuild) {
                                                                       "onnxruntime_src"))));
 }
 
+TEST(Network, RefusesOutputsThatNoMemoryHolds) {
+  const auto complaint = [](const std::vector<int>& promised) {
+    OnnxWriter writer;
+    writer.input("x", {1, 3, 2, 4}).constant("shape", {4}, std::vector<std::int64_t>{1, 64, 4096, 2048});
+    writer.node("ConstantOfShape", {"shape"}, "y").output("y", promised, test::kFloats);
+    const std::filesystem::path file = write(writer);
+    return error_of([&] { Network(file, built_in_engines().front(), 1).run(picture()); });
+  };
+  EXPECT_THAT(complaint({1, 64, 4096, 2048}), HasSubstr("million numbers"));
+  EXPECT_THAT(complaint({2000000000, 2000000000, 2000000000, 2000000000}), HasSubstr("million numbers"));
+}
+
 TEST(OnnxFile, HoldsWhatTheFileSays) {
   OnnxWriter writer(17);
   writer.input("image", {0, 3, 2, 4}).metadata("names", "{0: 'a'}").node("Identity", {"image"}, "y").output("y", {0, 3, 2, 4});

@@ -80,6 +80,17 @@ TEST(Queries, GiveAPixelToOneOfThem) {
   EXPECT_EQ(found.instances.size(), 1U);  // the second chair has the same pixels
 }
 
+TEST(Queries, RefuseMasksWithoutCellsAndOutputsOfOtherRoles) {
+  Model model = query_model();
+  std::vector<Tensor> flat = outputs();
+  flat[1] = Tensor{{1, 3, 0, 4}, {}, "masks_queries_logits"};
+  EXPECT_THAT(error_of([&] { recognise(flat, model, "instance"); }), HasSubstr("no output has 3 masks"));
+  model.outputs = {{"classes", "masks_queries_logits"}};
+  EXPECT_THAT(error_of([&] { recognise(outputs(), model, "instance"); }), HasSubstr("does not have the shape"));
+  model.outputs = {{"masks", "class_queries_logits"}};
+  EXPECT_THAT(error_of([&] { recognise(outputs(), model, "instance"); }), HasSubstr("does not have the shape"));
+}
+
 TEST(Queries, NeedNoObjectBesideTheClasses) {
   Model model = query_model();
   model.classes = {"wall", "chair", "lamp", "sofa", "bed"};

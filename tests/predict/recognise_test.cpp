@@ -165,6 +165,24 @@ TEST(Recognise, APixelWithoutAPreferenceIsUnknown) {
   }
 }
 
+// Classes and boxes of a YOLO of 64 classes have 64 planes each; every value is the same.
+TEST(Recognise, ADetectorThatCanBeReadInTwoWaysIsNoSemanticNetwork) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 64; ++i) names.push_back("class " + std::to_string(i));
+  Model model = model_with(names);
+  model.input.width = model.input.height = 64;
+  std::vector<Tensor> outputs = {Tensor{{1, 32, 16, 16}, std::vector<float>(32 * 256, 1.0F)}};
+  for (const int side : {8, 4}) {
+    const auto cells = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    for (const int channels : {64, 64, 32}) {
+      outputs.push_back(Tensor{{1, channels, side, side}, std::vector<float>(static_cast<std::size_t>(channels) * cells, 1.0F)});
+    }
+  }
+  for (const char* task : {"semantic", "instance", "panoptic"}) {
+    EXPECT_THAT(error_of([&] { recognise(outputs, model, task); }), HasSubstr("order = \"boxes classes masks\"")) << task;
+  }
+}
+
 TEST(Recognise, SaysThatADetectorHasNoMasksAndWhichDecoderWouldDo) {
   Model model = model_with({"cup", "chair"});
   const std::vector<Tensor> boxes = {Tensor{{1, 6, 84}, std::vector<float>(504, 0.25F)}};
