@@ -12,13 +12,11 @@
 #include "panoptic/predict/class_names.h"
 #include "panoptic/predict/decoders.h"
 #include "panoptic/predict/instance_mask.h"
-#include "panoptic/predict/mask_rcnn_outputs.h"
+#include "panoptic/predict/mask_shape.h"
 #include "panoptic/predict/output_shapes.h"
 
 namespace panoptic {
 namespace {
-
-constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 struct Detection {
   std::size_t row = 0;
@@ -93,7 +91,7 @@ Distribution distribution_in(std::span<const float> row, const Reading& reading,
 // p(O) = 1 - p(background) and p(l | O) where the network gives distributions (Eq. 12), else its score and its class alone.
 void add_evidence(const std::vector<Tensor>& outputs, const Reading& reading, const DecodeContext& context,
                   Detection& detection) {
-  if (reading.roles[4] == kNone) return;
+  if (reading.roles[4] == kAbsent) return;
   const Tensor& all = outputs[reading.roles[4]];
   const auto columns = static_cast<std::size_t>(all.shape.back());
   const Distribution p = distribution_in(std::span(all.values).subspan(detection.row * columns, columns), reading, context.model);
@@ -108,7 +106,7 @@ std::vector<Detection> detections_in(const std::vector<Tensor>& outputs, const R
   std::vector<Detection> detections;
   for (std::size_t i = 0; i < count; ++i) {
     const float* box = boxes.values.data() + i * columns;
-    const float score = reading.roles[2] == kNone ? box[4] : outputs[reading.roles[2]].values[i];
+    const float score = reading.roles[2] == kAbsent ? box[4] : outputs[reading.roles[2]].values[i];
     if (!(score >= context.model.thresholds.score) || score <= 0) continue;  // places that are not used hold zeros
     require_probability(score, context.model);
     const auto class_index = index_of_label(outputs[reading.roles[1]].values[i], reading, context.model);

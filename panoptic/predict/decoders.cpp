@@ -46,20 +46,21 @@ void require_decoder(const Model& model) {
                           outputs_text(outputs), fmt::join(reasons, "; ")));
 }
 
-// A description of an earlier version names a decoder that is not the one for what the network gives.
-std::string better_decoder(const std::vector<Tensor>& outputs, const Model& model) {
-  for (const Decoder& decoder : kDecoders) {
-    if (decoder.name == model.decoder) continue;
-    const Match match = decoder.recognise(outputs, model);
-    if (match.reading) return fmt::format("leave out decoder = \"{}\": they are {}", model.decoder, match.reading->text);
-  }
-  return "";
+void require_task(const Reading& reading, const Model& model, std::string_view task, const std::vector<std::string>& reasons) {
+  if (serves(reading.task, task)) return;
+  throw Error(fmt::format("{}: the network gives {}: its task is '{}', but it is used as the {} network (--{}){}{}",
+                          model.path.string(), reading.text, reading.task, task, task, reasons.empty() ? "" : "; ",
+                          fmt::join(reasons, "; ")));
 }
 
-void require_task(const Reading& reading, const Model& model, std::string_view task) {
-  if (serves(reading.task, task)) return;
-  throw Error(fmt::format("{}: the network gives {}: its task is '{}', but it is used as the {} network (--{})",
-                          model.path.string(), reading.text, reading.task, task, task));
+// A description of an earlier version names a decoder that is not the one for what the network gives.
+std::string better_decoder(const std::vector<Tensor>& outputs, Model model, std::string_view task) {
+  const std::string named = std::exchange(model.decoder, "");
+  try {
+    return fmt::format("leave out decoder = \"{}\": they are {}", named, recognise(outputs, model, task).text);
+  } catch (const Error&) {  // there is none
+    return "";
+  }
 }
 
 }  // namespace
@@ -88,7 +89,7 @@ Reading recognise(const std::vector<Tensor>& outputs, const Model& model, std::s
   }
   if (readings.size() > 1) std::erase_if(readings, [&](const Reading& reading) { return !serves(reading.task, task); });
   if (readings.size() == 1) {
-    require_task(readings[0], model, task);
+    require_task(readings[0], model, task, reasons);
     return readings[0];
   }
   if (readings.size() > 1) {
@@ -100,7 +101,7 @@ Reading recognise(const std::vector<Tensor>& outputs, const Model& model, std::s
                             outputs_text(outputs), choices));
   }
   if (!model.decoder.empty()) {
-    if (std::string better = better_decoder(outputs, model); !better.empty()) reasons.push_back(std::move(better));
+    if (std::string better = better_decoder(outputs, model, task); !better.empty()) reasons.push_back(std::move(better));
   }
   nothing_fits(outputs, model, reasons);
 }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <set>
 #include <sstream>
@@ -68,8 +69,18 @@ std::vector<std::string> read_lines(const std::filesystem::path& path) {
   return lines;
 }
 
+void check_outputs(const Model& model) {
+  constexpr std::array<std::string_view, 11> kRoles = {"semantic", "boxes",  "labels", "scores", "masks",      "distribution",
+                                                       "classes",  "layout", "values", "order",  "first_class"};
+  for (const auto& [role, output] : model.outputs) {
+    if (std::find(kRoles.begin(), kRoles.end(), role) != kRoles.end()) continue;
+    throw Error(fmt::format("{}: [outputs] has no entry '{}': use {}", model.path.string(), role, fmt::join(kRoles, ", ")));
+  }
+}
+
 void check(const Model& model) {
   const std::string file = model.path.string();
+  check_outputs(model);
   const std::set<std::string> unique(model.classes.begin(), model.classes.end());
   if (model.classes.empty()) throw Error(fmt::format("{}: give the network's classes: classes = [...] or classes_file", file));
   if (model.classes.size() > kMaxClasses) throw Error(fmt::format("{}: more than {} classes", file, kMaxClasses));

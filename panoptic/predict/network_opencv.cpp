@@ -52,14 +52,14 @@ Tensor to_tensor(const cv::Mat& mat, const OnnxValue& promised) {
   return tensor;
 }
 
-// OpenCV 4.6 lists the output layers in the order of the ONNX graph's outputs.
-std::vector<Tensor> run(cv::dnn::Net& net, const std::vector<cv::String>& outputs, const OnnxFile& file, const Tensor& input) {
+// Outputs are asked for by name: OpenCV itself lists them in the order of the alphabet.
+std::vector<Tensor> run(cv::dnn::Net& net, const OnnxFile& file, const Tensor& input) {
   const Quiet quiet;
   net.setInput(cv::Mat(input.shape, CV_32F, const_cast<float*>(input.values.data())));
+  std::vector<cv::String> names;
+  for (const OnnxValue& output : file.outputs) names.push_back(output.name);
   std::vector<cv::Mat> mats;
-  net.forward(mats, outputs);
-  if (mats.size() != file.outputs.size())
-    throw Error(fmt::format("it gives {} outputs, not {}", mats.size(), file.outputs.size()));
+  net.forward(mats, names);
   std::vector<Tensor> tensors;
   for (std::size_t i = 0; i < mats.size(); ++i) tensors.push_back(to_tensor(mats[i], file.outputs[i]));
   return tensors;
@@ -89,16 +89,19 @@ Inference load_with_opencv(const std::filesystem::path& weights, const OnnxFile&
     const auto net = std::make_shared<cv::dnn::Net>(cv::dnn::readNetFromONNX(weights.string()));
     if (net->empty()) throw Error(fmt::format("{}: the network is empty", weights.string()));
     cv::setNumThreads(threads);
-    return [net, file, outputs = net->getUnconnectedOutLayersNames(), name = weights.string()](const Tensor& input) {
+    return [net, file, name = weights.string()](const Tensor& input) {
       try {
-        return run(*net, outputs, file, input);
+        return run(*net, file, input);
       } catch (const std::exception& e) {
-        throw Error(fmt::format("{}: OpenCV cannot run the network, does [input] fit it? {}", name, reason_in(e.what())));
+        throw Error(
+            fmt::format("{}: OpenCV cannot run the network, does [input] fit it? Else use networks.engine=onnxruntime. {}", name,
+                        reason_in(e.what())));
       }
     };
   } catch (const cv::Exception& e) {
-    throw Error(fmt::format("{}: OpenCV cannot load it, is it a whole ONNX file that OpenCV {} supports? {}", weights.string(),
-                            CV_VERSION, reason_in(e.err)));
+    throw Error(
+        fmt::format("{}: OpenCV {} cannot load it; use networks.engine=onnxruntime, or export it for an older operator set. {}",
+                    weights.string(), CV_VERSION, reason_in(e.err)));
   }
 }
 

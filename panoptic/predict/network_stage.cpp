@@ -123,7 +123,8 @@ void NetworkStage::watch(const Findings& findings) {
   const std::uint64_t patience = findings.scores ? 1 : kSilentFrames;
   if (silent_ != patience || frames_ != patience) return;
   warn(fmt::format("{}: the network has given no label that counts in the first {}; panoptic check-network shows what it sees",
-                   model_.path.string(), patience == 1 ? "frame" : fmt::format("{} frames", patience)));
+                   model_.path.string(),
+                   patience == 1 ? "frame, or the same for every pixel" : fmt::format("{} frames", patience)));
 }
 
 // The network's own likeliest class of each cell, where it gives any.
@@ -159,8 +160,8 @@ std::string NetworkStage::trouble() const {
                        frames_);
   }
   if (frames_ == 0 || silent_ < frames_) return "";
-  return fmt::format("{}: in {} frames the network never gave a label that counted; panoptic check-network shows what it sees",
-                     model_.path.string(), frames_);
+  return fmt::format("{}: in {} frames the network never gave a label that counted{}; panoptic check-network shows what it sees",
+                     model_.path.string(), frames_, reading_.task == "instance" ? "" : ", or the same for every pixel");
 }
 
 std::string NetworkStage::unmatched() const {

@@ -4,13 +4,16 @@
 // The questions of recognisers about a network's outputs: shapes, names and ranges.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <initializer_list>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "panoptic/predict/model.h"
@@ -43,6 +46,14 @@ bool are_shares(std::span<const float> values);
 bool are_whole(std::span<const float> values);
 // Numbers that are not finite: NaN and plus infinity. Minus infinity is the logit of what cannot be.
 std::size_t count_not_finite(std::span<const float> values);
+
+// Keeps those for which the condition holds, unless it holds for none.
+template <typename T, typename Condition>
+void prefer(std::vector<T>& candidates, Condition condition) {
+  std::vector<T> better;
+  std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(better), condition);
+  if (!better.empty()) candidates = std::move(better);
+}
 
 float sigmoid(float x);
 

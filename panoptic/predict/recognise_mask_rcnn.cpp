@@ -7,7 +7,7 @@
 
 #include "panoptic/predict/class_names.h"
 #include "panoptic/predict/decoders.h"
-#include "panoptic/predict/mask_rcnn_outputs.h"
+#include "panoptic/predict/mask_shape.h"
 #include "panoptic/predict/output_shapes.h"
 
 namespace panoptic {
@@ -18,12 +18,14 @@ constexpr int kMostBoxMaskSide = 64;  // a mask that small lies in its box, a la
 struct Outputs {
   const std::vector<Tensor>& all;
   const Model& model;
-  MaskRcnnOutputs found;
-  std::optional<std::size_t> after;  // the image size that detectron2 gives after everything else
+  std::optional<std::size_t> boxes = {};
+  std::optional<std::size_t> labels = {};
+  std::optional<std::size_t> scores = {};  // absent: the fifth number of a box
+  std::optional<std::size_t> masks = {};
+  std::optional<std::size_t> distribution = {};  // of classes, with the background
+  std::optional<std::size_t> image_size = {};    // detectron2 gives it after everything else
 
-  bool taken(std::size_t i) const {
-    return found.boxes == i || found.labels == i || found.scores == i || found.masks == i || found.distribution == i;
-  }
+  bool taken(std::size_t i) const { return boxes == i || labels == i || scores == i || masks == i || distribution == i; }
 };
 
 // The output that the description names, else the first that fits and has a name that says so, else the first that fits.
@@ -64,36 +66,30 @@ bool is_masks(const Tensor& tensor, int count, std::size_t classes) {
 
 // Returns what is missing, or nothing.
 std::string find_outputs(Outputs& outputs) {
-  MaskRcnnOutputs& found = outputs.found;
   const std::size_t classes = outputs.model.classes.size();
-  const auto boxes =
-      find(outputs, "boxes", {"box", "det"}, [](const Tensor& t) { return has_columns(t, 4) || has_columns(t, 5); });
-  if (!boxes) return "no output has n boxes of 4 numbers";
-  found.boxes = *boxes;
-  const std::vector<int> shape = *shape_of_rank(outputs.all[*boxes], 2);
+  outputs.boxes = find(outputs, "boxes", {"box", "det"}, [](const Tensor& t) { return has_columns(t, 4) || has_columns(t, 5); });
+  if (!outputs.boxes) return "no output has n boxes of 4 numbers";
+  const std::vector<int> shape = *shape_of_rank(outputs.all[*outputs.boxes], 2);
   const int count = shape[0];
-  const auto labels = find(outputs, "labels", {"label", "class", "cls"}, [&](const Tensor& t) {
+  outputs.labels = find(outputs, "labels", {"label", "class", "cls"}, [&](const Tensor& t) {
     return is_list(t, count) && (t.is_whole || name_contains(t, "label") || name_contains(t, "class")) &&
            !name_contains(t, "num") && !name_contains(t, "size");
   });
-  if (!labels) return fmt::format("no output has the {} class numbers (integers) of its {} boxes", count, count);
-  found.labels = *labels;
+  if (!outputs.labels) return fmt::format("no output has the {} class numbers (integers) of its {} boxes", count, count);
   if (shape[1] == 4) {
-    const auto scores =
+    outputs.scores =
         find(outputs, "scores", {"score", "conf"}, [&](const Tensor& t) { return is_list(t, count) && !t.is_whole; });
-    if (!scores) return fmt::format("no output has the scores of its {} boxes", count);
-    found.scores = *scores;
+    if (!outputs.scores) return fmt::format("no output has the scores of its {} boxes", count);
   }
-  const auto masks = find(outputs, "masks", {"mask", "segm"}, [&](const Tensor& t) { return is_masks(t, count, classes); });
-  if (!masks) return "it gives boxes and no masks: export the variant with masks";
-  found.masks = *masks;
+  outputs.masks = find(outputs, "masks", {"mask", "segm"}, [&](const Tensor& t) { return is_masks(t, count, classes); });
+  if (!outputs.masks) return "it gives boxes and no masks: export the variant with masks";
   const int columns = static_cast<int>(classes);
-  found.distribution = find(outputs, "distribution", {"prob", "logit", "dist"}, [&](const Tensor& t) {
+  outputs.distribution = find(outputs, "distribution", {"prob", "logit", "dist"}, [&](const Tensor& t) {
     const bool has_classes =
         has_columns(t, columns) || has_columns(t, columns + 1) || (is_coco80(outputs.model.classes) && has_columns(t, 91));
     return has_classes && (*shape_of_rank(t, 2))[0] == count;
   });
-  outputs.after = find(outputs, "", {"size"}, [](const Tensor& t) { return t.is_whole && is_list(t, 2); });
+  outputs.image_size = find(outputs, "", {"size"}, [](const Tensor& t) { return t.is_whole && is_list(t, 2); });
   return "";
 }
 
@@ -101,7 +97,6 @@ std::string find_outputs(Outputs& outputs) {
 // comes last (detectron2, mmdetection). Who exported it is told by names, by the image size that detectron2 adds, and by the
 // order of outputs: detectron2 sorts them by name (boxes, classes, masks, scores), the others give boxes, labels, scores, masks.
 std::optional<LabelsFrom> labels_from(const Outputs& outputs, bool masks_in_boxes) {
-  const MaskRcnnOutputs& found = outputs.found;
   const std::vector<std::string>& classes = outputs.model.classes;
   const std::string chosen = output_setting("first_class", {"0", "1", "coco"}, outputs.model);
   if (chosen == "0") return LabelsFrom::kZero;
@@ -109,11 +104,12 @@ std::optional<LabelsFrom> labels_from(const Outputs& outputs, bool masks_in_boxe
   if (chosen == "coco") return LabelsFrom::kCoco;
   if (is_background(classes.front())) return LabelsFrom::kZero;
   const auto is_of_detectron = [](const Tensor& t) { return name_contains(t, "pred_"); };
-  if (!found.scores) return LabelsFrom::kZero;  // mmdetection: a score beside each box
-  const bool sorted = found.labels < found.masks && found.masks < *found.scores;
-  if (std::any_of(outputs.all.begin(), outputs.all.end(), is_of_detectron) || outputs.after || sorted) return LabelsFrom::kZero;
-  const bool is_named = name_contains(outputs.all[found.labels], "label");
-  const bool in_order = found.boxes < found.labels && found.labels < *found.scores && *found.scores < found.masks;
+  if (!outputs.scores) return LabelsFrom::kZero;  // mmdetection: a score beside each box
+  const bool sorted = outputs.labels < outputs.masks && outputs.masks < outputs.scores;
+  if (std::any_of(outputs.all.begin(), outputs.all.end(), is_of_detectron) || outputs.image_size || sorted)
+    return LabelsFrom::kZero;
+  const bool is_named = name_contains(outputs.all[*outputs.labels], "label");
+  const bool in_order = outputs.boxes < outputs.labels && outputs.labels < outputs.scores && outputs.scores < outputs.masks;
   if (!is_named && !in_order) return std::nullopt;
   return is_coco80(classes) && !masks_in_boxes ? LabelsFrom::kCoco : LabelsFrom::kOne;
 }
@@ -130,10 +126,9 @@ MaskShape mask_shape_of(const Tensor& masks, int detections, const InputFormat& 
 }
 
 Match recognise_mask_rcnn(const std::vector<Tensor>& outputs, const Model& model) {
-  Outputs found{outputs, model, {}, {}};
+  Outputs found{outputs, model};
   if (const std::string missing = find_outputs(found); !missing.empty()) return {.why_not = missing};
-  const MaskRcnnOutputs& roles = found.found;
-  const MaskShape shape = mask_shape_of(outputs[roles.masks], (*shape_of_rank(outputs[roles.boxes], 2))[0], model.input);
+  const MaskShape shape = mask_shape_of(outputs[*found.masks], (*shape_of_rank(outputs[*found.boxes], 2))[0], model.input);
   const std::optional<LabelsFrom> from = labels_from(found, shape.in_boxes);
   if (!from) {
     return {.choices =
@@ -141,14 +136,14 @@ Match recognise_mask_rcnn(const std::vector<Tensor>& outputs, const Model& model
                 "description: [outputs] first_class = \"0\" or \"1\""};
   }
   Reading reading;
-  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-  reading.roles = {roles.boxes, roles.labels, roles.scores.value_or(kNone), roles.masks, roles.distribution.value_or(kNone)};
+  reading.roles = {*found.boxes, *found.labels, found.scores.value_or(kAbsent), *found.masks,
+                   found.distribution.value_or(kAbsent)};
   reading.labels_from = *from;
   constexpr std::string_view kFrom[] = {"numbered from 0", "numbered from 1", "with the category numbers of COCO"};
   reading.text =
       fmt::format("boxes, classes {}, {} and masks of {} x {} {} ({} detections)", kFrom[static_cast<std::size_t>(*from)],
-                  roles.distribution ? "their distributions, scores" : "scores", shape.width, shape.height,
-                  shape.in_boxes ? "in their boxes" : "over the image", (*shape_of_rank(outputs[roles.boxes], 2))[0]);
+                  found.distribution ? "their distributions, scores" : "scores", shape.width, shape.height,
+                  shape.in_boxes ? "in their boxes" : "over the image", (*shape_of_rank(outputs[*found.boxes], 2))[0]);
   return {.reading = std::move(reading)};
 }
 

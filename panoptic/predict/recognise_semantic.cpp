@@ -80,26 +80,13 @@ std::vector<Layout> layouts_of(const std::vector<Tensor>& outputs, const Model& 
     std::vector<Layout> own;
     add_layouts(outputs[i], i, model, own);
     std::erase_if(own, [&](const Layout& l) {
-      return (!chosen.empty() && l.name != chosen) ||
-             (!l.has_classes() && !(is_map(outputs[i], model) && covers_input(l.width, l.height, model.input))) ||
-             (l.has_classes() && outputs[i].is_whole);
+      const bool fits = chosen.empty() ? covers_input(l.width, l.height, model.input) : l.name == chosen;
+      const bool has_numbers = l.has_classes() ? !outputs[i].is_whole : is_map(outputs[i], model);
+      return l.cells() == 1 || !fits || !has_numbers;
     });
-    if (own.size() > 1) {
-      std::vector<Layout> fitting = own;
-      std::erase_if(fitting, [&](const Layout& l) { return !covers_input(l.width, l.height, model.input); });
-      if (!fitting.empty()) own = fitting;
-    }
     layouts.insert(layouts.end(), own.begin(), own.end());
   }
   return layouts;
-}
-
-// Keeps those for which the condition holds, unless it holds for none.
-template <typename Condition>
-void prefer(std::vector<Layout>& layouts, Condition condition) {
-  std::vector<Layout> better;
-  std::copy_if(layouts.begin(), layouts.end(), std::back_inserter(better), condition);
-  if (!better.empty()) layouts = std::move(better);
 }
 
 // Leaves the main one of several outputs: auxiliary heads say so in their names or are coarser, and class values say more than
@@ -149,16 +136,31 @@ std::string_view text_of(Numbers numbers) {
   return numbers == Numbers::kLogits ? "class logits" : "class probabilities";
 }
 
+// A reason why an output that has the classes is not read nevertheless.
+std::string why_not_this(const Layout& layout, const InputFormat& input) {
+  if (layout.cells() == 1) return "; one value a class is what classifiers of whole images give";
+  if (covers_input(layout.width, layout.height, input)) return "";
+  return fmt::format(
+      "; a grid of {} x {} does not cover an input of {} x {} at one scale: transposed? If it does, say [outputs] layout = "
+      "\"{}\"",
+      layout.width, layout.height, input.width, input.height, layout.name);
+}
+
 std::string why_not(const std::vector<Tensor>& outputs, const Model& model) {
   std::string hint;
-  for (const Tensor& tensor : outputs) {
-    for (const int extent : tensor.shape) {
+  std::vector<Layout> layouts;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    add_layouts(outputs[i], i, model, layouts);
+    for (const int extent : outputs[i].shape) {
       if (extent == static_cast<int>(model.classes.size()) + 1) {
         hint = fmt::format("; with {} classes it would be: does the description lack one, for the background?", extent);
       }
     }
   }
-  return fmt::format("no output has the {} classes of the description, or class numbers{}", model.classes.size(), hint);
+  for (const Layout& layout : layouts) {
+    if (layout.has_classes()) hint = why_not_this(layout, model.input);
+  }
+  return fmt::format("no output has the {} classes of the description on a grid, or class numbers{}", model.classes.size(), hint);
 }
 
 }  // namespace

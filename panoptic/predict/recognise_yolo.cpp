@@ -120,6 +120,7 @@ Match recognise_boxes(const std::vector<Tensor>& outputs, const Model& model) {
       reading.text = fmt::format("{} ({})", kFormTexts[static_cast<std::size_t>(reading.form)], name_and_shape(outputs[i]));
       return {.reading = std::move(reading)};
     }
+    if (shorter <= 4 + prototypes->masks) continue;
     why = fmt::format("its boxes have {} numbers, that is {} classes and {} masks, but the description has {} classes", shorter,
                       shorter - 4 - prototypes->masks, prototypes->masks, classes);
   }
@@ -175,13 +176,6 @@ std::vector<Order> orders_of(const std::vector<std::size_t>& members, const Head
     }
   } while (std::next_permutation(order.begin(), order.end()));
   return orders;
-}
-
-template <typename Condition>
-void prefer(std::vector<Order>& orders, Condition condition) {
-  std::vector<Order> better;
-  std::copy_if(orders.begin(), orders.end(), std::back_inserter(better), condition);
-  if (!better.empty()) orders = std::move(better);
 }
 
 // Where the numbers of channels leave several orders: what the description says, then the names, then the values, then the order

@@ -99,6 +99,11 @@ TEST(Model, RefusesMistakesWithFileAndLine) {
   EXPECT_THAT(error_of([&] { load_model(fresh_folder() / "absent.toml"); }), HasSubstr("absent.toml"));
 }
 
+TEST(Model, RefusesARoleOfOutputsThatThereIsNot) {
+  const std::string text = std::string(kHead) + kClasses + kInput + "[outputs]\nmaks = \"y\"\n";
+  EXPECT_THAT(error_of([&] { load_model(write_model(text)); }), testing::AllOf(HasSubstr("'maks'"), HasSubstr("masks")));
+}
+
 TEST(Weights, AreFoundBesideTheDescriptionThenInTheVariableThenInItsFolders) {
   const std::filesystem::path file = write_model(std::string(kHead) + "weights_folders = [\"../nets\"]\n" + kClasses + kInput);
   const std::filesystem::path beside = file.parent_path() / "tiny.onnx";

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "panoptic/base/files.h"
 #include "panoptic/predict/network.h"
 #include "panoptic/predict/onnx_file.h"
@@ -120,6 +123,22 @@ TEST(Network, ReadsWeightsFromASecondFileAndMissesIt) {
   }
   // OpenCV 4.6 divides by zero there.
   EXPECT_THAT(error_of([&] { Network(file, Engine::kOpenCv, 1); }), HasSubstr("second file"));
+}
+
+TEST(Network, GivesOutputsInTheOrderOfTheFileWithEveryEngine) {
+  for (const Engine engine : built_in_engines()) {
+    for (const auto& [first, second] : {std::pair("a", "z"), std::pair("z", "a")}) {
+      OnnxWriter writer;
+      writer.input("x", {1, 3, 2, 4});
+      classifier(writer, "x", "l", kWeights).node("Neg", {"l"}, second).node("Relu", {"l"}, first);
+      writer.output(first, {1, 4, 2, 4}).output(second, {1, 4, 2, 4});
+      const std::vector<Tensor> outputs = Network(write(writer), engine, 1).run(picture());
+      ASSERT_EQ(outputs.size(), 2U);
+      EXPECT_EQ(outputs[0].name, first);
+      EXPECT_GE(*std::min_element(outputs[0].values.begin(), outputs[0].values.end()), 0) << name_of(engine) << first;
+      EXPECT_LT(*std::min_element(outputs[1].values.begin(), outputs[1].values.end()), 0) << name_of(engine) << first;
+    }
+  }
 }
 
 TEST(Network, OpenCvIsRefusedWhereItWouldGiveOtherResults) {

@@ -84,7 +84,7 @@ TEST(Queries, RefuseMasksWithoutCellsAndOutputsOfOtherRoles) {
   Model model = query_model();
   std::vector<Tensor> flat = outputs();
   flat[1] = Tensor{{1, 3, 0, 4}, {}, "masks_queries_logits"};
-  EXPECT_THAT(error_of([&] { recognise(flat, model, "instance"); }), HasSubstr("no output has 3 masks"));
+  EXPECT_THAT(recognise_queries(flat, model).why_not, HasSubstr("no output has 3 masks"));
   model.outputs = {{"classes", "masks_queries_logits"}};
   EXPECT_THAT(error_of([&] { recognise(outputs(), model, "instance"); }), HasSubstr("does not have the shape"));
   model.outputs = {{"masks", "class_queries_logits"}};

@@ -165,6 +165,16 @@ TEST(Recognise, APixelWithoutAPreferenceIsUnknown) {
   }
 }
 
+TEST(Recognise, RefusesGridsThatDoNotCoverTheInput) {
+  Model model = semantic_model();
+  const Tensor transposed = reshaped(logits(), {1, 5, kWidth, kHeight});
+  EXPECT_THAT(error_of([&] { recognise({transposed}, model, "semantic"); }), HasSubstr("a grid of 6 x 8 does not cover"));
+  model.outputs["layout"] = "nchw";
+  EXPECT_EQ(recognise({transposed}, model, "semantic").height, kWidth);
+  const Tensor classifier{{1, 5, 1, 1}, std::vector<float>(5)};
+  EXPECT_THAT(error_of([&] { recognise({classifier}, semantic_model(), "semantic"); }), HasSubstr("whole images"));
+}
+
 // Classes and boxes of a YOLO of 64 classes have 64 planes each; every value is the same.
 TEST(Recognise, ADetectorThatCanBeReadInTwoWaysIsNoSemanticNetwork) {
   std::vector<std::string> names;

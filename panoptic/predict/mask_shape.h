@@ -3,21 +3,14 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 
 #include "panoptic/predict/model.h"
 
 namespace panoptic {
 
-// Which output of a network that detects is what.
-struct MaskRcnnOutputs {
-  std::size_t boxes = static_cast<std::size_t>(-1);
-  std::size_t labels = static_cast<std::size_t>(-1);
-  std::optional<std::size_t> scores;  // absent: the fifth number of a box
-  std::size_t masks = static_cast<std::size_t>(-1);
-  std::optional<std::size_t> distribution;  // of classes, with the background
-};
+inline constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);  // in the roles of Mask R-CNN's outputs
 
+// The masks of a network that detects.
 struct MaskShape {
   int width = 0;
   int height = 0;
