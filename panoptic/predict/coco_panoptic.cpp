@@ -3,6 +3,7 @@
 #include "panoptic/predict/coco_panoptic.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -84,6 +85,30 @@ std::map<std::int64_t, ClassId> class_of_category(const JsonValue& root, const L
                     file, classes.size(), labels.name()));
   }
   return classes;
+}
+
+// The categories of segments that the label set lacks, those with most segments first.
+std::string unmatched_in(const JsonValue& root, const std::map<std::int64_t, ClassId>& classes, const LabelSet& labels) {
+  std::map<std::int64_t, int> segments;
+  for (const JsonValue& annotation : root.at("annotations").elements()) {
+    for (const JsonValue& entry : annotation.at("segments_info").elements()) {
+      const std::int64_t id = entry.at("category_id").integer(0, kMaxId);
+      if (classes.at(id) == ClassId::kUnknown) ++segments[id];
+    }
+  }
+  std::vector<std::pair<int, std::string>> found;
+  for (const JsonValue& category : root.at("categories").elements()) {
+    const auto count = segments.find(category.at("id").integer(0, kMaxId));
+    if (count != segments.end()) found.emplace_back(count->second, category.at("name").text());
+  }
+  if (found.empty()) return "";
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  constexpr std::size_t kMostNamed = 8;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < found.size() && i < kMostNamed; ++i)
+    names.push_back(fmt::format("{} ({} segments)", found[i].second, found[i].first));
+  if (found.size() > kMostNamed) names.push_back(fmt::format("{} more", found.size() - kMostNamed));
+  return fmt::format("the label set '{}' lacks categories of the predictions: {}", labels.name(), fmt::join(names, ", "));
 }
 
 CocoPanoptic::Picture to_picture(const JsonValue& annotation, const std::filesystem::path& folder,
@@ -183,6 +208,7 @@ CocoPanoptic read_coco_panoptic(const std::filesystem::path& json_path, const st
       annotation.at("image_id").wrong("the only annotation of its image");
     }
   }
+  coco.unmatched = unmatched_in(root, classes, coco.labels);
   return coco;
 }
 

@@ -31,6 +31,7 @@ struct CocoPanoptic {
 
   LabelSet labels;
   std::map<std::int64_t, Picture> pictures;  // by frame number
+  std::string unmatched;                     // a line about the categories that the label set lacks; empty if there are none
 };
 
 // The COCO panoptic file that a path means: a JSON file itself, or the only one in a folder. Nothing if there is none.

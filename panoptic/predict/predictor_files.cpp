@@ -36,8 +36,12 @@ using ReadFrame = std::function<Segmentation(std::int64_t frame_index)>;
 
 class FilePredictor final : public Predictor {
  public:
-  FilePredictor(std::string name, LabelSet labels, ReadFrame read, bool keep_whole_classes)
-      : name_(std::move(name)), labels_(std::move(labels)), read_(std::move(read)), keep_whole_classes_(keep_whole_classes) {}
+  FilePredictor(std::string name, LabelSet labels, ReadFrame read, bool keep_whole_classes, PredictorReport report = {})
+      : name_(std::move(name)),
+        labels_(std::move(labels)),
+        read_(std::move(read)),
+        keep_whole_classes_(keep_whole_classes),
+        report_(std::move(report)) {}
 
   const LabelSet& labels() const override { return labels_; }
 
@@ -52,11 +56,14 @@ class FilePredictor final : public Predictor {
     return keep_whole_classes_ ? segmentation : without_whole_classes(segmentation, labels_);
   }
 
+  PredictorReport report() const override { return report_; }
+
  private:
   std::string name_;
   LabelSet labels_;
   ReadFrame read_;
   bool keep_whole_classes_;
+  PredictorReport report_;
 };
 
 bool same_classes(const LabelSet& a, const LabelSet& b) {
@@ -89,8 +96,10 @@ std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path
   }
   CocoPanoptic coco = read_coco_panoptic(*json, labels);
   LabelSet own = coco.labels;
+  PredictorReport report;
+  if (!coco.unmatched.empty()) report.notes.push_back(fmt::format("{}: {}", path.string(), coco.unmatched));
   ReadFrame read = [coco = std::move(coco)](std::int64_t index) { return read_coco_frame(coco, index); };
-  return std::make_unique<FilePredictor>(path.string(), std::move(own), std::move(read), keep_whole_classes);
+  return std::make_unique<FilePredictor>(path.string(), std::move(own), std::move(read), keep_whole_classes, std::move(report));
 }
 
 }  // namespace panoptic

@@ -106,6 +106,13 @@ TEST(CocoPanoptic, KnowsSynonymsOfTheLabelSet) {
   ASSERT_EQ(seen.segments.size(), 2U);
 }
 
+TEST(CocoPanoptic, ListsCategoriesThatTheLabelSetLacks) {
+  const std::filesystem::path folder = write_coco(coco_json());
+  EXPECT_THAT(make_file_predictor(folder, room_labels())->report().notes,
+              testing::ElementsAre(testing::HasSubstr("kite (1 segments)")));
+  EXPECT_TRUE(make_file_predictor(folder)->report().notes.empty());
+}
+
 // Three chairs side by side: one by itself, and two regions of chairs that nobody told apart.
 TEST(CocoPanoptic, CrowdsOfAClassAreNoObject) {
   Json json = coco_json();
