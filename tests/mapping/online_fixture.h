@@ -81,8 +81,8 @@ class Networks final : public Predictor {
         [](const ImageView<Rgb>& color) {
           const int width = color.width() / 2;
           const int height = color.height() / 2;
-          return std::vector<Instance>{
-              {{ClassId{3}, 0.9F, {{ClassId{3}, 1.0F}}}, width / 2, height / 2, Image<std::uint8_t>(width, height, 1)}};
+          const Segment ball{ClassId{3}, 0.9F, {{ClassId{3}, 1.0F}}};
+          return std::vector<Instance>(1, {ball, width / 2, height / 2, Image<std::uint8_t>(width, height, 1)});
         },
         [this](const Image<ClassId>& classes, const std::vector<Instance>& found) { return fuse(classes, found, labels_); }};
   }
