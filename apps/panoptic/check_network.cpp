@@ -17,6 +17,7 @@
 #include "panoptic/base/json.h"
 #include "panoptic/error.h"
 #include "panoptic/parallel.h"
+#include "panoptic/predict/class_names.h"
 #include "panoptic/predict/model_guess.h"
 #include "panoptic/predict/network_stage.h"
 #include "panoptic/predict/preprocess.h"
@@ -41,6 +42,22 @@ Image<Rgb> noise(int width, int height) {
 }
 
 bool is_description(const std::string& path) { return path.ends_with(".toml"); }
+
+bool knows_any(const Model& model, const LabelSet& labels) {
+  return std::any_of(model.classes.begin(), model.classes.end(),
+                     [&](const std::string& name) { return counterpart_of(name, labels) != nullptr; });
+}
+
+// The network's own classes, where they are known by their numbers alone.
+LabelSet own_labels(const Model& model) {
+  std::vector<LabelClass> classes;
+  for (std::size_t c = 0; c < model.classes.size(); ++c) {
+    const auto shade = [&](std::size_t step) { return static_cast<std::uint8_t>((c + 1) * step % 256); };
+    classes.push_back(
+        {static_cast<ClassId>(c + 1), model.classes[c], model.task != "semantic", {shade(37), shade(91), shade(151)}});
+  }
+  return {"of the network itself", std::move(classes)};
+}
 
 Seen look(NetworkStage& stage, const Arguments& arguments, const LabelSet& labels, const NetworkOptions& options) {
   Seen seen;
@@ -166,8 +183,10 @@ int check_network(const Arguments& arguments) {
   NetworkOptions options;
   options.engine = arguments.engine;
   const Engine engine = engine_from(options.engine);
-  const LabelSet labels = load_label_set(arguments.labels.empty() ? "indoor" : arguments.labels);
-  Model model = is_description(arguments.network) ? load_model(arguments.network) : guess_model(arguments.network, engine);
+  const bool is_described = is_description(arguments.network);
+  Model model = is_described ? load_model(arguments.network) : guess_model(arguments.network, engine);
+  LabelSet labels = load_label_set(arguments.labels.empty() ? "indoor" : arguments.labels);
+  if (!is_described && !knows_any(model, labels)) labels = own_labels(model);
   const std::string task = model.task.empty() ? "panoptic" : model.task;
   const Model described = model;
   NetworkStage stage(std::move(model), task, options, labels);

@@ -17,7 +17,7 @@ namespace panoptic {
 namespace {
 
 constexpr int kDefaultSide_px = 640;
-constexpr std::size_t kMostGuessedClasses = 1000;
+constexpr std::size_t kMostGuessedClasses = 999;  // of a label set
 
 // Ultralytics writes {0: 'person', 1: "driver's seat"}.
 std::vector<std::string> names_in(const std::string& text) {

@@ -50,6 +50,18 @@ TEST(CheckNetwork, SaysWhatTheOutputsAreAndWritesADescription) {
   EXPECT_THAT(again.out, HasSubstr("sofa 12.5 %"));
 }
 
+TEST(CheckNetwork, ReadsANetworkThatDoesNotNameItsClasses) {
+  const std::filesystem::path folder = fresh_folder();
+  OnnxWriter writer;
+  writer.input("x", {1, 3, 6, 8});
+  test::classifier(writer, "x", "y", {9, 0, 0, 0, 9, 0, 0, 0, 9}).output("y", {1, 3, 6, 8});
+  write_file(folder / "net.onnx", writer.text());
+  const auto result = run_program({"check-network", (folder / "net.onnx").string(), "--write", (folder / "net.toml").string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::AllOf(HasSubstr("class logits"), HasSubstr("3 of 3")));
+  EXPECT_THAT(read_file(folder / "net.toml"), HasSubstr("\"class 2\""));
+}
+
 TEST(CheckNetwork, FailsANetworkThatSaysNothingOfAPicture) {
   const std::filesystem::path folder = write_network(0);
   const auto result = run_program({"check-network", (folder / "net.onnx").string(), (folder / "picture.png").string()});
