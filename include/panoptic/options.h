@@ -46,8 +46,8 @@ struct MapOptions {
   // 620 at 0.3 m and 170,000 at 5 m; colours change no later. With cast rays a voxel is counted once per ray.
   float max_weight = 10000;
   int memory_limit_mb = 0;  // of 1e6 bytes; 0 = none
-  // Of the file that holds what is beyond the limit; empty = the system's for temporary files (`panoptic run`: the output
-  // folder).
+  // The folder of the file that holds what is beyond the limit; empty = the system's for temporary files (`panoptic run`: the
+  // output folder).
   std::string swap_folder;
 };
 

@@ -5,22 +5,17 @@
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/profile.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <malloc.h>
 
 #include <algorithm>
-#include <functional>
 #include <limits>
-#include <string>
 
 #include "panoptic/base/config.h"
-#include "panoptic/error.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/parallel.h"
 #include "tests/block_planes.h"
-#include "tests/expect_error.h"
 #include "tests/mapping/ball_on_floor.h"
 
 namespace panoptic {
@@ -70,27 +65,6 @@ TEST(Mapper, TheSameFramesGiveTheSameMapAtAnyThreadCount) {
   EXPECT_EQ(hashes[0], hashes[2]);
 }
 
-// Such a frame took 23.7 GB.
-TEST(Mapper, AFrameWhoseIntrinsicsAreNotInPixelsIsRefusedBeforeAnythingIsAllocated) {
-  const Camera camera{640, 480, 0.9, 0.9, 0.5, 0.5};
-  const Frame frame = render(test::plane(Vec3d::UnitZ(), 3), camera, Pose::Identity());
-  for (const char* method : {"projective", "raycast"}) {
-    for (const float voxel_m : {0.024F, 0.002F}) {
-      Options options;
-      options.integrator.method = method;
-      options.map.voxel_size_m = voxel_m;
-      Mapper mapper(options, test::test_labels());
-      const std::string reason = mapper.add(frame, {}).reason;
-      EXPECT_NE(reason.find("are its intrinsics in pixels?"), std::string::npos) << reason;
-      EXPECT_EQ(mapper.add_geometry(frame).reason, reason);
-      EXPECT_EQ(mapper.add_labels(frame, halves(camera)).reason, reason);
-      EXPECT_EQ(mapper.frames().skipped(), 2U);
-      EXPECT_EQ(mapper.frames().skipped_by_reason().at(reason), 2U);
-      EXPECT_EQ(mapper.map().voxels.block_count(), 0U);
-    }
-  }
-}
-
 TEST(Mapper, WithoutAPredictionThereIsNoObjectAndNoLabel) {
   Mapper mapper({}, test::test_labels());
   for (int i = 0; i < 60; ++i) ASSERT_EQ(mapper.add(orbit_frame(i), {}), Outcome{});
@@ -98,43 +72,6 @@ TEST(Mapper, WithoutAPredictionThereIsNoObjectAndNoLabel) {
   EXPECT_EQ(mapper.map().objects.count(), 0U);
   const std::vector<bool> labels = ids_in_use(mapper.map().voxels);
   EXPECT_EQ(std::count(labels.begin() + 1, labels.end(), true), 0);
-}
-
-TEST(Mapper, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
-  Mapper mapper({}, test::test_labels());
-  const Frame good = orbit_frame(0);
-  ASSERT_EQ(mapper.add(good, halves(small_camera())), Outcome{});
-  const std::uint64_t before = mapper.map().voxels.hash();
-
-  Frame nan_pose = good;
-  nan_pose.world_from_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
-  Frame infinite_pose = good;
-  infinite_pose.world_from_camera.matrix().setConstant(-std::numeric_limits<double>::infinity());
-  Frame sheared = good;
-  sheared.world_from_camera.linear()(0, 0) += 0.5;
-  Frame no_depth = good;
-  no_depth.depth = Image<float>(good.depth.width(), good.depth.height());
-  Frame wrong_size = good;
-  wrong_size.depth = Image<float>(7, 5, 1.0F);
-  Frame no_color = good;
-  no_color.color = {};
-  for (const Frame* bad : {&nan_pose, &infinite_pose, &sheared, &no_depth, &wrong_size, &no_color}) {
-    EXPECT_FALSE(mapper.add(*bad, {}).used);
-  }
-  Segmentation too_small{Image<std::uint16_t>(3, 3), {}};
-  EXPECT_FALSE(mapper.add(good, too_small).used);
-  Segmentation dangling = halves(small_camera());
-  dangling.segment_at(0, 0) = 9;
-  EXPECT_FALSE(mapper.add(good, dangling).used);
-
-  Segmentation nan_score = halves(small_camera());
-  nan_score.segments[0].score = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_FALSE(mapper.add(good, nan_score).used);
-
-  EXPECT_EQ(mapper.map().voxels.hash(), before);
-  EXPECT_EQ(mapper.frames().used(), 1U);
-  EXPECT_EQ(mapper.frames().skipped(), 9U);
-  EXPECT_EQ(mapper.frames().skipped_by_reason().at("pose is not finite"), 2U);
 }
 
 TEST(Mapper, AFrameWithoutAPredictionAddsGeometryOnly) {
@@ -348,60 +285,6 @@ TEST(Mapper, MemoryDoesNotGrowWithFrames) {
   const auto is_chair = [](const MeshVertex& v) { return v.class_id == ClassId{3}; };
   EXPECT_GT(std::count_if(mesh.vertices.begin(), mesh.vertices.end(), is_chair), 10);
   set_thread_count(0);
-}
-
-TEST(Mapper, AFarPoseAndDepthOutOfRangeAreRejected) {
-  Mapper mapper({}, test::test_labels());
-  Frame far = tiny_frame();
-  far.world_from_camera.translation() = Vec3d(1e9, -1e9, 1e9);
-  EXPECT_FALSE(mapper.add(far, {}).used);
-  Frame wrong_scale = tiny_frame();
-  wrong_scale.depth = Image<float>(wrong_scale.depth.width(), wrong_scale.depth.height(), 1000);
-  EXPECT_NE(mapper.add(wrong_scale, {}).reason.find("depth.max_m"), std::string::npos);
-  EXPECT_EQ(mapper.frames().used(), 0U);
-  EXPECT_EQ(mapper.map().voxels.block_count(), 0U);
-}
-
-TEST(Mapper, OptionsThatLeaveNoDepthAreAnError) {
-  Options options;
-  options.depth.min_m = 9;
-  EXPECT_THROW(Mapper(options, test::test_labels()), Error);
-}
-
-TEST(Mapper, OptionsOutOfTheirRangeAreAnErrorThatNamesThem) {
-  const auto complaint = [](const std::function<void(Options&)>& change) {
-    Options options;
-    change(options);
-    return test::error_of([&] { Mapper(options, test::test_labels()); });
-  };
-  using testing::HasSubstr;
-  EXPECT_THAT(complaint([](Options& o) { o.objects.every_frames = 0; }), HasSubstr("objects.every_frames"));
-  EXPECT_THAT(complaint([](Options& o) { o.integrator.method = "Raycast"; }), HasSubstr("projective, raycast"));
-  EXPECT_THAT(complaint([](Options& o) { o.map.voxel_size_m = 0; }), HasSubstr("map.voxel_size_m"));
-  EXPECT_THAT(complaint([](Options& o) { o.tracker.iou_threshold = std::numeric_limits<float>::quiet_NaN(); }),
-              HasSubstr("tracker.iou_threshold"));
-  EXPECT_EQ(complaint([](Options&) {}), "");
-}
-
-// Class 9 is beyond the classes, so its number is the slot of an object to come.
-TEST(Mapper, SegmentsOfClassesThatTheLabelSetLacksAreRefused) {
-  Mapper mapper({}, test::test_labels());
-  const Frame frame = orbit_frame(0);
-  for (const bool as_class : {true, false}) {
-    for (const std::uint16_t id : {9, 65535}) {
-      Segmentation segmentation = halves(frame.color_camera);
-      Segment& segment = segmentation.segments[0];
-      segment.is_whole_class = true;
-      if (as_class) segment.class_id = ClassId{id};
-      if (!as_class) segment.class_probabilities = {{ClassId{id}, 1.0F}};
-      EXPECT_EQ(mapper.add(frame, segmentation).reason,
-                "segmentation has class " + std::to_string(id) + ", which the label set 'test' has not");
-    }
-  }
-  EXPECT_EQ(mapper.map().voxels.block_count(), 0U);
-  Segmentation unknown = halves(frame.color_camera);
-  unknown.segments[0] = {};
-  EXPECT_EQ(mapper.add(frame, unknown), Outcome{});
 }
 
 TEST(Mapper, StagesAddUpToFusion) {
