@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 #include <map>
+#include <ranges>
 
 #include "panoptic/predict/decoders.h"
 #include "panoptic/predict/output_shapes.h"
@@ -232,17 +233,16 @@ Match recognise_heads(const std::vector<Tensor>& outputs, const Model& model, bo
   grids.erase(finest);
   const HeadShape shape{outputs, model, grid_of(outputs[prototypes], channels_last)->channels, channels_last};
   std::array<std::vector<std::size_t>, 3> parts;
-  for (auto grid = grids.rbegin(); grid != grids.rend(); ++grid) {
-    const std::vector<std::size_t>& members = grid->second;
+  for (const auto& [width, members] : std::views::reverse(grids)) {
     if (members.size() != 3)
-      return {.why_not = fmt::format("the grid {} cells wide has {} outputs, not boxes, classes and masks", grid->first,
-                                     members.size())};
+      return {.why_not =
+                  fmt::format("the grid {} cells wide has {} outputs, not boxes, classes and masks", width, members.size())};
     std::vector<Order> orders = orders_of(members, shape);
     if (orders.empty()) {
       return {.why_not = fmt::format(
-                  "on the grid {} cells wide are {}, {} and {} channels, which are not 4 x bins, {} classes and {} masks",
-                  grid->first, shape.channels(members[0]), shape.channels(members[1]), shape.channels(members[2]),
-                  model.classes.size(), shape.masks)};
+                  "on the grid {} cells wide are {}, {} and {} channels, which are not 4 x bins, {} classes and {} masks", width,
+                  shape.channels(members[0]), shape.channels(members[1]), shape.channels(members[2]), model.classes.size(),
+                  shape.masks)};
     }
     choose_order(members, shape, orders);
     if (orders.size() > 1) {
