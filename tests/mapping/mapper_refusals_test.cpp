@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a mapper refuses: frames, segmentations and options that would make a wrong map.
+// Frames, segmentations and options that a mapper refuses, because they would make a wrong map.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
