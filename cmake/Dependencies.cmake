@@ -41,7 +41,7 @@ if(PANOPTIC_VIEWER)
 endif()
 # bindings/python alone. Of several Pythons the first that has NumPy.
 set(PANOPTIC_PYTHON_FOUND FALSE)
-if(PANOPTIC_PYTHON AND PANOPTIC_SIM AND PANOPTIC_EVAL AND NOT PANOPTIC_SANITIZE STREQUAL "thread")
+if(PANOPTIC_PYTHON AND PANOPTIC_SIM AND PANOPTIC_EVAL AND NOT PANOPTIC_SANITIZE)
   foreach(candidate ${Python_EXECUTABLE} python3 /usr/bin/python3)
     execute_process(COMMAND ${candidate} -c "import numpy, sys; print(sys.executable)" OUTPUT_VARIABLE executable ERROR_QUIET
       OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE result)
