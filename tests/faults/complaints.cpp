@@ -35,9 +35,10 @@ bool names_reason(const std::string& text, const Fault& fault) {
 
 bool is_failure(const std::string& line) { return line.starts_with("panoptic: "); }
 
-// Progress, and the one warning that a run may give about its map.
+// Progress, and what a run may say about its map and about files of the recording that it could not read beforehand.
 bool is_expected(const std::string& line) {
-  return line.empty() || is_failure(line) || contains(line, " frames  ") || line.starts_with("the map is not saved for now, ");
+  return line.empty() || is_failure(line) || contains(line, " frames  ") || line.starts_with("the map is not saved for now, ") ||
+         line.starts_with("warning: frames: ");
 }
 
 std::string complaint_about_words(const FaultWorld& world, const Fault& fault, const ProgramResult& program) {
