@@ -67,7 +67,7 @@ void compare_frames(Examination& e, const Dataset& dataset, const DoctorOptions&
 }
 
 void add_notes(DoctorReport& report, const RecordingNotes& notes) {
-  for (const std::string& line : notes.assumed) report.checks.push_back({"assumed", Verdict::kAssumed, line, ""});
+  for (const std::string& line : notes.assumed) report.checks.push_back({"recording", Verdict::kAssumed, line, ""});
   for (const std::string& line : notes.left_out) report.checks.push_back({"left out", Verdict::kAssumed, line, ""});
 }
 

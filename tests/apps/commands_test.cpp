@@ -151,7 +151,7 @@ TEST(RunResult, WithoutOneLabelThatCountedIsAnErrorAndStillWritesItsFiles) {
       run_program({"run", "--no-pictures", recording.string(), "--semantic", write_blind_network().string(), "--set",
                    "networks.engine=opencv", "-o", out.string()});
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(test::lines(result.err).back(), HasSubstr("not one of its labels counted"));
+  EXPECT_THAT(test::lines(result.err).back(), HasSubstr("the network never gave a label that counted"));
   EXPECT_TRUE(fs::exists(out / "report.json"));
 }
 

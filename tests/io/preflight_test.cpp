@@ -163,7 +163,7 @@ TEST(Preflight, TellsWhatWasAssumed) {
   BoxRoom room = walk_through_a_room();
   room.told_notes = {{"a focal length"}, {"depth/: 3 files *.npy"}, 0};
   const DoctorReport report = preflight(room);
-  EXPECT_EQ(check_named(report, "assumed").evidence, "a focal length");
+  EXPECT_EQ(check_named(report, "recording").evidence, "a focal length");
   EXPECT_EQ(check_named(report, "left out").evidence, "depth/: 3 files *.npy");
   EXPECT_EQ(report.worst(), Verdict::kAssumed);
 }
