@@ -52,8 +52,9 @@ void widen_by_row(const float* depth, int width, float* nearest, float* farthest
   float* __restrict high = farthest;
   for (int u = 0; u < width; ++u) {
     const float near = z[u] > 0 ? z[u] : kInfinity;
+    const float far = z[u] > 0 ? z[u] : -kInfinity;
     low[u] = near < low[u] ? near : low[u];
-    high[u] = (z[u] > 0) & (z[u] > high[u]) ? z[u] : high[u];
+    high[u] = far > high[u] ? far : high[u];
   }
 }
 

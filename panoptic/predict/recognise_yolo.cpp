@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <functional>
 #include <map>
-#include <ranges>
 
 #include "panoptic/predict/decoders.h"
 #include "panoptic/predict/output_shapes.h"
@@ -207,9 +207,10 @@ void choose_order(const std::vector<std::size_t>& members, const HeadShape& shap
   if (!shape.model.decoder.empty()) prefer(orders, [](const Order& order) { return order == Order{0, 1, 2}; });
 }
 
-// Outputs by the width of their grid, the widest last; those with a single channel that sum up classes are left out.
-std::map<int, std::vector<std::size_t>> by_grid(const std::vector<Tensor>& outputs, const Model& model, bool channels_last) {
-  std::map<int, std::vector<std::size_t>> grids;
+// Outputs by the width of their grid, the widest first; those with a single channel that sum up classes are left out.
+using OutputsByGrid = std::map<int, std::vector<std::size_t>, std::greater<>>;
+OutputsByGrid by_grid(const std::vector<Tensor>& outputs, const Model& model, bool channels_last) {
+  OutputsByGrid grids;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto grid = grid_of(outputs[i], channels_last);
     if (outputs[i].shape.size() != 4 || !grid || !divides_input(*grid, model.input)) return {};
@@ -227,13 +228,13 @@ std::map<int, std::vector<std::size_t>> by_grid(const std::vector<Tensor>& outpu
 Match recognise_heads(const std::vector<Tensor>& outputs, const Model& model, bool channels_last) {
   auto grids = by_grid(outputs, model, channels_last);
   if (grids.size() < 2) return {.why_not = fmt::format("it has {} outputs that are no grids over the input", outputs.size())};
-  const auto finest = std::prev(grids.end());
+  const auto finest = grids.begin();
   if (finest->second.size() != 1) return {.why_not = "the finest grid is not that of prototypes alone"};
   const std::size_t prototypes = finest->second[0];
   grids.erase(finest);
   const HeadShape shape{outputs, model, grid_of(outputs[prototypes], channels_last)->channels, channels_last};
   std::array<std::vector<std::size_t>, 3> parts;
-  for (const auto& [width, members] : std::views::reverse(grids)) {
+  for (const auto& [width, members] : grids) {
     if (members.size() != 3)
       return {.why_not =
                   fmt::format("the grid {} cells wide has {} outputs, not boxes, classes and masks", width, members.size())};
