@@ -98,6 +98,19 @@ std::map<std::string, double> shares_of(const Seen& seen, const LabelSet& labels
   return shares;
 }
 
+// Nothing if the shapes differ.
+std::optional<double> largest_difference(const std::vector<Tensor>& a, const std::vector<Tensor>& b) {
+  if (a.size() != b.size()) return std::nullopt;
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].shape != b[i].shape) return std::nullopt;
+    for (std::size_t k = 0; k < a[i].values.size(); ++k) {
+      largest = std::max(largest, std::abs(static_cast<double>(a[i].values[k]) - b[i].values[k]));
+    }
+  }
+  return largest;
+}
+
 // Whether the other engine gives the same numbers; empty if this build has none.
 std::string compare_engines(const NetworkStage& stage, const Image<Rgb>& picture, Engine used) {
   for (const Engine other : built_in_engines()) {
@@ -106,15 +119,9 @@ std::string compare_engines(const NetworkStage& stage, const Image<Rgb>& picture
       const Tensor input = to_input(picture, stage.model().input);
       const std::vector<Tensor> a = stage.network().run(input);
       const std::vector<Tensor> b = Network(find_weights(stage.model(), other), other).run(input);
-      double largest = 0;
-      for (std::size_t i = 0; i < a.size(); ++i) {
-        if (a.size() != b.size() || a[i].shape != b[i].shape)
-          return fmt::format("{} gives outputs of other shapes: do not use it", name_of(other));
-        for (std::size_t k = 0; k < a[i].values.size(); ++k) {
-          largest = std::max(largest, std::abs(static_cast<double>(a[i].values[k]) - b[i].values[k]));
-        }
-      }
-      return fmt::format("{} gives the same within {:.2g}", name_of(other), largest);
+      const std::optional<double> largest = largest_difference(a, b);
+      if (!largest) return fmt::format("{} gives outputs of other shapes: do not use it", name_of(other));
+      return fmt::format("{} gives the same within {:.2g}", name_of(other), *largest);
     } catch (const Error& e) {
       return fmt::format("{} cannot be used: {}", name_of(other), e.what());
     }

@@ -135,9 +135,19 @@ void tell_warnings(Predictor* predictor) {
   for (const std::string& warning : predictor->take_warnings()) tell(fmt::format("\nwarning: {}\n", warning));
 }
 
+// What the predictor has to say at the end of a run; its warnings and notes are told.
+PredictorReport closing_report(Predictor* predictor) {
+  tell_warnings(predictor);
+  const PredictorReport report = predictor != nullptr ? predictor->report() : PredictorReport();
+  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
+  return report;
+}
+
 // A network that was of no use makes a map that looks as if there was nothing to see.
-void require_sound_predictions(const PredictorReport& report, const std::string& output) {
-  if (!report.trouble.empty()) throw Error(fmt::format("{} (the map is in {})", report.trouble, output));
+void require_sense(const PredictorReport& report, const WrittenMap& written, const RunSummary& summary, std::uint64_t used,
+                   const Arguments& arguments) {
+  if (!report.trouble.empty()) throw Error(fmt::format("{} (the map is in {})", report.trouble, arguments.output));
+  require_map(written, summary, used, arguments);
 }
 
 // A run that went through and still gave nothing of what was asked for.
@@ -267,15 +277,10 @@ int run(const Arguments& arguments) {
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);
-  tell_warnings(predictor.get());
-  const PredictorReport report = predictor ? predictor->report() : PredictorReport();
-  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
+  const PredictorReport report = closing_report(predictor.get());
   const int code = conclude(arguments, mapper, summary, result);
   if (viewer) viewer->finish([] { return !interrupted(); });
-  if (code == kDone) {
-    require_sound_predictions(report, arguments.output);
-    require_map(written, summary, mapper.frames().used(), arguments);
-  }
+  if (code == kDone) require_sense(report, written, summary, mapper.frames().used(), arguments);
   return code;
 }
 

@@ -71,16 +71,24 @@ struct BricksInView {
 
 void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, BricksInView& bricks);
 
+// One axis of the image, in pixels.
+struct ImageAxis {
+  float focal, center, size;
+};
+
+struct PixelSpan {
+  std::int32_t first, last;
+};
+
 // The pixels between two lines of sight, given by their places at the brick's nearest and farthest depth; one more at each
 // side, for rounding.
-[[gnu::always_inline]] static inline void span_px(float low, float high, float per_near, float per_far, float focal, float center,
-                                                  float size, std::int32_t& first, std::int32_t& last) {
-  const float from = low * (low < 0 ? per_near : per_far) * focal + center - 1;
-  const float to = high * (high < 0 ? per_far : per_near) * focal + center + 2;
-  const float begin = from > 0 ? (from < size ? from : size) : 0.0F;
-  const float end = to < size - 1 ? (to > -1 ? to : -1.0F) : size - 1;
-  first = static_cast<std::int32_t>(begin);
-  last = static_cast<std::int32_t>(end);
+[[gnu::always_inline]] static inline PixelSpan span_px(const ImageAxis& axis, float low, float high, float per_near,
+                                                       float per_far) {
+  const float from = low * (low < 0 ? per_near : per_far) * axis.focal + axis.center - 1;
+  const float to = high * (high < 0 ? per_far : per_near) * axis.focal + axis.center + 2;
+  const float begin = from > 0 ? (from < axis.size ? from : axis.size) : 0.0F;
+  const float end = to < axis.size - 1 ? (to > -1 ? to : -1.0F) : axis.size - 1;
+  return {static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end)};
 }
 
 PANOPTIC_CLONES
@@ -94,8 +102,8 @@ void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, Bri
   for (int a = 0; a < 3; ++a) {
     half[a] = kHalf * (std::abs(place.step_x[a]) + std::abs(place.step_y[a]) + std::abs(place.step_z[a]));
   }
-  const auto width = static_cast<float>(frame.width);
-  const auto height = static_cast<float>(frame.height);
+  const ImageAxis along_u{frame.fx, frame.cx, static_cast<float>(frame.width)};
+  const ImageAxis along_v{frame.fy, frame.cy, static_cast<float>(frame.height)};
   for (int n = 0; n < kBlockBricks; ++n) {
     const float ix = static_cast<float>(kBrickSide * (n & 3)) + kHalf;
     const float iy = static_cast<float>(kBrickSide * (n >> 2 & 3)) + kHalf;
@@ -108,18 +116,14 @@ void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, Bri
     const bool clear = near > kNearest_m;
     const float per_near = 1.0F / (clear ? near : 1.0F);
     const float per_far = 1.0F / (clear ? far : 1.0F);
-    std::int32_t first_u = 0;
-    std::int32_t last_u = 0;
-    std::int32_t first_v = 0;
-    std::int32_t last_v = 0;
-    span_px(x - half[0], x + half[0], per_near, per_far, frame.fx, frame.cx, width, first_u, last_u);
-    span_px(y - half[1], y + half[1], per_near, per_far, frame.fy, frame.cy, height, first_v, last_v);
+    const PixelSpan u = span_px(along_u, x - half[0], x + half[0], per_near, per_far);
+    const PixelSpan v = span_px(along_v, y - half[1], y + half[1], per_near, per_far);
     out->nearest_m[n] = near;
     out->farthest_m[n] = far;
-    out->first_u[n] = clear ? first_u : 0;
-    out->last_u[n] = clear ? last_u : (far > 0 ? frame.width - 1 : -1);
-    out->first_v[n] = clear ? first_v : 0;
-    out->last_v[n] = clear ? last_v : frame.height - 1;
+    out->first_u[n] = clear ? u.first : 0;
+    out->last_u[n] = clear ? u.last : (far > 0 ? frame.width - 1 : -1);
+    out->first_v[n] = clear ? v.first : 0;
+    out->last_v[n] = clear ? v.last : frame.height - 1;
   }
 }
 
