@@ -18,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct FolderFormat {
-  const char* looked_for;
-  std::optional<FileRecording> (*recognise)(const fs::path& folder);
+  const char* looked_for = "";
+  std::optional<FileRecording> (*recognise)(const fs::path& folder) = nullptr;
   std::optional<FileRecording> (*recognise_by_time)(const fs::path& folder, const PairingOptions& pairing) = nullptr;
 
   std::optional<FileRecording> operator()(const fs::path& folder, const PairingOptions& pairing) const {

@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 5> kPoseFolders = {"poses", "pose", "extr
 
 std::optional<std::string> folder_named(const fs::path& root, std::span<const std::string_view> names) {
   for (const std::string_view name : names) {
-    const auto found = first_named(root, std::array{name});
+    auto found = first_named(root, std::array{name});
     if (found && is_folder(root / *found)) return found;
   }
   return std::nullopt;

@@ -32,6 +32,6 @@ std::optional<std::string> pose_file_in(const std::filesystem::path& folder);
 
 // The format that a folder (or a file) of no known one is nearest to and what it lacks, in a few words; nothing if it is like
 // none.
-std::string why_no_recording(const std::filesystem::path& path);
+std::string why_no_recording(const std::filesystem::path& folder);
 
 }  // namespace panoptic

@@ -147,7 +147,7 @@ std::optional<fs::path> recording_below(const fs::path& folder, int levels) {
     if (name.starts_with('.') || !is_folder(path)) continue;
     const Nearness nearest = nearest_format(lower_names(path));
     if (nearest.missing.size() < nearest.present.size()) return path;
-    if (const auto below = levels > 1 ? recording_below(path, levels - 1) : std::nullopt) return below;
+    if (auto below = levels > 1 ? recording_below(path, levels - 1) : std::nullopt) return below;
   }
   return std::nullopt;
 }
@@ -160,7 +160,7 @@ std::string why_no_recording(const fs::path& folder) {
   const Nearness nearest = nearest_format(names);
   const bool has_half = !nearest.present.empty() && nearest.missing.size() <= nearest.present.size();
   if (has_half) return to_text(nearest);
-  if (const std::string packed = packed_in(names); !packed.empty()) return packed;
+  if (std::string packed = packed_in(names); !packed.empty()) return packed;
   if (const auto below = recording_below(folder, 2)) return fmt::format("is {} meant?", below->string());
   return to_text(nearest);
 }

@@ -99,7 +99,7 @@ TEST(Mapper, SegmentsOfClassesThatTheLabelSetLacksAreRefused) {
   Mapper mapper({}, test::test_labels());
   const Frame frame = good_frame();
   for (const bool as_class : {true, false}) {
-    for (const std::uint16_t id : {9, 65535}) {
+    for (const std::uint16_t id : {std::uint16_t{9}, std::uint16_t{65535}}) {
       Segmentation segmentation = halves(frame.color_camera);
       Segment& segment = segmentation.segments[0];
       segment.is_whole_class = true;
