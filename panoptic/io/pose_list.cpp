@@ -169,7 +169,8 @@ void mend_decimal_commas(std::string& text) {
   for_each_line_of(text, " \t\r;", [&](std::size_t, std::span<const std::string_view> words) {
     const auto is_decimal = [](std::string_view word) {
       const std::size_t comma = word.find(',');
-      return comma != std::string_view::npos && comma > 0 && comma + 1 < word.size() && word.find(',', comma + 1) == word.npos;
+      return comma != std::string_view::npos && comma > 0 && comma + 1 < word.size() &&
+             word.find(',', comma + 1) == std::string_view::npos;
     };
     const bool has_list = std::any_of(words.begin(), words.end(), [&](std::string_view word) {
       return word.find(',') != std::string_view::npos && !is_decimal(word);
