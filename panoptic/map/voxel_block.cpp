@@ -140,12 +140,13 @@ bool VoxelBlock::rename_labels(std::span<const std::uint16_t> new_label) {
   return changed;
 }
 
-void VoxelBlock::store(int number, std::uint64_t voxels) {
-  const Brick before = brick(number);
+void VoxelBlock::store(int brick, std::uint64_t voxels) {
+  Brick& kept = bricks_[static_cast<std::size_t>(brick)];
+  const Brick before = kept;
   Brick after(before.stored() | voxels, before.planes());
   if (after.stored() == before.stored()) return;
   if (after.capacity() != before.capacity()) after = Brick(after.stored(), pool_->allocate(after.capacity()));
-  brick(number) = after;
+  kept = after;
   if (before.stored() == 0) return;
   spread_planes(before, after);
   if (after.planes() != before.planes()) pool_->give_back(before.planes(), before.capacity());
