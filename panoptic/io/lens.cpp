@@ -72,7 +72,7 @@ Rgb interpolated(const Image<Rgb>& image, float x, float y) {
   const auto mixed = [&](std::uint8_t Rgb::*c) {
     const float upper = (1 - s) * static_cast<float>(image(u, v).*c) + s * static_cast<float>(image(right, v).*c);
     const float lower = (1 - s) * static_cast<float>(image(u, below).*c) + s * static_cast<float>(image(right, below).*c);
-    return static_cast<std::uint8_t>((1 - t) * upper + t * lower + 0.5F);
+    return static_cast<std::uint8_t>(std::lround((1 - t) * upper + t * lower));
   };
   return {mixed(&Rgb::r), mixed(&Rgb::g), mixed(&Rgb::b)};
 }
