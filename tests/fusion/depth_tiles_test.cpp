@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
@@ -22,14 +23,19 @@ namespace {
 struct View {
   View(std::mt19937& random, float voxel_size_m) : voxel_m(voxel_size_m), band{4 * voxel_m, voxel_m} {
     std::uniform_real_distribution<double> place(-1, 1);
-    const auto somewhere = [&] { return Vec3d(place(random), place(random), place(random)); };
+    const auto somewhere = [&] {
+      Vec3d point;
+      for (int axis = 0; axis < 3; ++axis) point[axis] = place(random);
+      return point;
+    };
     const int width = 20 + static_cast<int>(random() % 200);
     const Camera camera = test::small_camera(width, width * 3 / 4 + static_cast<int>(random() % 3));
     std::vector<test::Surface> surfaces{test::sphere({0.3, 0.2, 0}, 0.5)};
     for (int axis = 0; axis < 3; ++axis) {
       for (const double side : {-1.5, 1.7}) surfaces.push_back(test::plane(Vec3d::Unit(axis), side));
     }
-    const Frame frame = test::render(test::nearest_of(surfaces), camera, test::look_at(somewhere(), somewhere()));
+    const Vec3d eye = somewhere();
+    const Frame frame = test::render(test::nearest_of(surfaces), camera, test::look_at(eye, somewhere()));
     for (int v = 0; v < camera.height; ++v) {
       for (int u = 0; u < camera.width; ++u) depth.push_back(random() % 10 == 0 ? 0.0F : frame.depth(u, v));
     }
@@ -63,6 +69,19 @@ struct View {
   DepthTiles tiles;
 };
 
+// The block that a pixel's surface lies in, or one beside it.
+BlockIndex block_near_surface(const View& view, std::mt19937& random) {
+  const FrameView& frame = view.frame_view;
+  const auto u = static_cast<int>(random() % static_cast<unsigned>(frame.pixels.width));
+  const auto v = static_cast<int>(random() % static_cast<unsigned>(frame.pixels.height));
+  const Vec3d point = frame.camera_in_world_m + (frame.ray(u, v) * view.depth[frame.index(u, v)]).cast<double>();
+  const double block_m = double{view.voxel_m} * kBlockSide;
+  const auto along = [&](int axis) {
+    return static_cast<std::int32_t>(std::floor(point[axis] / block_m)) + static_cast<std::int32_t>(random() % 3) - 1;
+  };
+  return {along(0), along(1), along(2)};
+}
+
 bool is_same(const VoxelBlock& a, const VoxelBlock& b) {
   for (int n = 0; n < kBlockBricks; ++n) {
     if (a.brick(n).stored() != b.brick(n).stored()) return false;
@@ -78,10 +97,8 @@ TEST(DepthTiles, LeaveOutNoBrickInWhichAVoxelIsObserved) {
     std::size_t all = 0;
     for (int i = 0; i < 6; ++i) {
       const View view(random, voxel_m);
-      const int reach = std::min(6, static_cast<int>(3 / (16 * voxel_m)) + 1);
       for (int n = 0; n < 150; ++n) {
-        const auto along = [&] { return static_cast<std::int32_t>(random() % (2 * reach + 1)) - reach; };
-        const BlockInCamera place = view.frame_view.in_camera({along(), along(), along()}, voxel_m);
+        const BlockInCamera place = view.frame_view.in_camera(block_near_surface(view, random), voxel_m);
         const std::uint64_t bricks = bricks_in_band(view.frame_view.pixels, view.tiles, place, view.band);
         BrickPool pool;
         VoxelBlock some(pool);
@@ -89,12 +106,12 @@ TEST(DepthTiles, LeaveOutNoBrickInWhichAVoxelIsObserved) {
         integrate_block(view.frame_view.pixels, place, view.band, bricks, some);
         integrate_block(view.frame_view.pixels, place, view.band, ~std::uint64_t{0}, whole);
         ASSERT_TRUE(is_same(some, whole)) << voxel_m << " view " << i << " block " << n;
-        looked_at += std::popcount(bricks);
+        looked_at += static_cast<std::size_t>(std::popcount(bricks));
         for (int b = 0; b < kBlockBricks; ++b) observed += whole.brick(b).count() > 0 ? 1 : 0;
         all += kBlockBricks;
       }
     }
-    EXPECT_GT(observed, 100U) << voxel_m;
+    EXPECT_GT(observed, 200U) << voxel_m;
     EXPECT_LT(looked_at, observed + (all - observed) / 2) << voxel_m << ": half of what nobody observes need not be looked at";
   }
 }
