@@ -138,7 +138,7 @@ void tell_warnings(Predictor* predictor) {
 // What the predictor has to say at the end of a run; its warnings and notes are told.
 PredictorReport closing_report(Predictor* predictor) {
   tell_warnings(predictor);
-  const PredictorReport report = predictor != nullptr ? predictor->report() : PredictorReport();
+  PredictorReport report = predictor != nullptr ? predictor->report() : PredictorReport();
   for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
   return report;
 }
