@@ -135,7 +135,7 @@ void tell_warnings(Predictor* predictor) {
   for (const std::string& warning : predictor->take_warnings()) tell(fmt::format("\nwarning: {}\n", warning));
 }
 
-// What the predictor has to say at the end of a run; its warnings and notes are told.
+// Tells warnings and notes of the predictor, and returns its report of the whole run.
 PredictorReport closing_report(Predictor* predictor) {
   tell_warnings(predictor);
   PredictorReport report = predictor != nullptr ? predictor->report() : PredictorReport();
