@@ -9,6 +9,7 @@
 #include <random>
 
 #include "panoptic/base/os.h"
+#include "panoptic/base/text.h"
 
 namespace panoptic {
 namespace {
@@ -19,12 +20,6 @@ constexpr std::size_t kLongestToken = 128;
 bool is_unreserved(char c) {
   const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
   return letter || c == '-' || c == '.' || c == '_' || c == '~';
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return lower;
 }
 
 std::string own_name() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/text.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/dataset_text.h"
 

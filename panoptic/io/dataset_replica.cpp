@@ -10,6 +10,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/json.h"
+#include "panoptic/base/text.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"

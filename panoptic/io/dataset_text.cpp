@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/text.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
@@ -60,12 +61,6 @@ void for_each_line(const std::filesystem::path& path, const LineCallback& callba
 bool is_heading(std::span<const std::string_view> words) {
   return words.size() > 1 &&
          std::none_of(words.begin(), words.end(), [](std::string_view w) { return to_number(w).has_value(); });
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return lower;
 }
 
 std::optional<double> to_number(std::string_view word) {

@@ -30,8 +30,6 @@ void for_each_line_of(std::string_view text, std::string_view separators, const 
 // A first line of several words of which none is a number: "timestamp,filename".
 bool is_heading(std::span<const std::string_view> words);
 
-std::string lower_case(std::string_view text);  // of ASCII letters; the rest stays
-
 // "1.5", "-inf", "nan"; nothing if the word is anything else.
 std::optional<double> to_number(std::string_view word);
 

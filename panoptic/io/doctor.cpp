@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "panoptic/base/text.h"
 #include "panoptic/io/doctor_checks.h"
 
 namespace panoptic {
@@ -122,9 +123,10 @@ std::string to_text(const DoctorReport& report) {
 Json to_json(const DoctorReport& report) {
   Json checks = Json::array();
   for (const Check& check : report.checks) {
-    std::string verdict = word(check.verdict);
-    std::transform(verdict.begin(), verdict.end(), verdict.begin(), [](unsigned char c) { return std::tolower(c); });
-    checks.push_back({{"name", check.name}, {"verdict", verdict}, {"evidence", check.evidence}, {"remedy", check.remedy}});
+    checks.push_back({{"name", check.name},
+                      {"verdict", lower_case(word(check.verdict))},
+                      {"evidence", check.evidence},
+                      {"remedy", check.remedy}});
   }
   return {{"checks", std::move(checks)}};
 }

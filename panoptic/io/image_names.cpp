@@ -11,6 +11,7 @@
 #include <set>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/text.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_text.h"
 

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/text.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_frame.h"
 #include "panoptic/io/dataset_text.h"

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <utility>
 
+#include "panoptic/base/text.h"
 #include "panoptic/error.h"
 #include "panoptic/parallel.h"
 #include "panoptic/predict/inference.h"
@@ -37,8 +37,8 @@ void require_external_files(const std::filesystem::path& weights, const OnnxFile
   }
 }
 
-bool is_called_channels(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+bool is_called_channels(const std::string& symbol) {
+  const std::string name = lower_case(symbol);
   return name == "c" || name.starts_with("channel");
 }
 

@@ -7,23 +7,16 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 
+#include "panoptic/base/text.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
 namespace {
 
 constexpr std::size_t kMostListed = 14;  // of a YOLO with three strides
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
 
 }  // namespace
 
@@ -47,10 +40,12 @@ std::optional<std::vector<int>> shape_of_rank(const Tensor& tensor, std::size_t 
   return shape;
 }
 
-bool name_contains(const Tensor& tensor, std::string_view part) { return lower(tensor.name).find(part) != std::string::npos; }
+bool name_contains(const Tensor& tensor, std::string_view part) {
+  return lower_case(tensor.name).find(part) != std::string::npos;
+}
 
 bool is_named(const Tensor& tensor, std::initializer_list<std::string_view> names) {
-  return std::find(names.begin(), names.end(), lower(tensor.name)) != names.end();
+  return std::find(names.begin(), names.end(), lower_case(tensor.name)) != names.end();
 }
 
 std::optional<std::size_t> output_named_for(std::string_view role, const std::vector<Tensor>& outputs, const Model& model,
