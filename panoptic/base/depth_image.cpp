@@ -11,12 +11,6 @@
 #include "panoptic/error.h"
 
 namespace panoptic {
-namespace {
-
-constexpr std::uintmax_t kMaxDepthFileBytes = 256U << 20;
-
-}  // namespace
-
 void refuse_depth(const EncodedImage& file, std::string_view kind) {
   throw Error(fmt::format("{}: {}; depth needs one channel of 16 bits or floats", file.name, kind));
 }
@@ -43,7 +37,7 @@ DepthImage decode_depth_image(std::span<const std::uint8_t> bytes, std::string_v
 }
 
 DepthImage read_depth_image(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path, kMaxDepthFileBytes);
+  const std::string bytes = read_file(path, kMaxImageFileBytes);
   return decode_depth_image({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, path.string());
 }
 

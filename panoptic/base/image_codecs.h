@@ -5,6 +5,8 @@
 // through and throw Error that starts with the file's name. Any thread; nothing is printed.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +22,7 @@
 namespace panoptic {
 
 constexpr std::size_t kMaxImagePixels = 64U << 20;
+constexpr std::uintmax_t kMaxImageFileBytes = 256U << 20;
 
 struct EncodedImage {
   std::span<const std::uint8_t> bytes;
@@ -34,6 +37,14 @@ struct EncodedImage {
 [[noreturn]] void refuse_no_floats(const EncodedImage& file);
 // Throws Error: the file is sound, but no depth image.
 [[noreturn]] void refuse_depth(const EncodedImage& file, std::string_view kind);
+
+// A reading of a wider type. Throws Error for one that does not fit; negative ones become 0.
+template <typename Number>
+std::uint16_t narrowed(const EncodedImage& file, Number value) {
+  if (value <= 0) return 0;
+  if (static_cast<std::uint64_t>(value) > 65535) refuse_depth(file, fmt::format("holds {}, which is above 65535", value));
+  return static_cast<std::uint16_t>(value);
+}
 
 // Makes room for the pixels. Throws Error if they are too many: the size that a codec states is checked again.
 template <typename T>

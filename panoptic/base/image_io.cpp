@@ -15,11 +15,9 @@
 namespace panoptic {
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = 256U << 20;
-
 // Nothing else reaches the codecs.
 EncodedImage accepted(std::span<const std::uint8_t> bytes, std::string_view name) {
-  if (bytes.size() > kMaxFileBytes || !is_acceptable_image(bytes, kMaxImagePixels)) {
+  if (bytes.size() > kMaxImageFileBytes || !is_acceptable_image(bytes, kMaxImagePixels)) {
     throw Error(fmt::format("{}: not a readable image of at most {} pixels; it may be cut off", name, kMaxImagePixels));
   }
   return {bytes, name};
@@ -90,17 +88,17 @@ Image<std::uint16_t> decode_gray16(std::span<const std::uint8_t> bytes, std::str
 }
 
 Image<Rgb> read_rgb(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path, kMaxFileBytes);
+  const std::string bytes = read_file(path, kMaxImageFileBytes);
   return decode_rgb(as_bytes(bytes), path.string());
 }
 
 Image<std::uint16_t> read_gray16(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path, kMaxFileBytes);
+  const std::string bytes = read_file(path, kMaxImageFileBytes);
   return decode_gray16(as_bytes(bytes), path.string());
 }
 
 Image<float> read_gray_float(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path, kMaxFileBytes);
+  const std::string bytes = read_file(path, kMaxImageFileBytes);
   const std::string name = path.string();
   const EncodedImage file = accepted(as_bytes(bytes), name);
   if (image_format(file.bytes) != ImageFormat::kTiff) refuse_no_floats(file);

@@ -9,7 +9,6 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <limits>
 #include <optional>
 
 #include "panoptic/base/image_codecs.h"
@@ -72,15 +71,6 @@ Stored npy_number(const std::uint8_t* at, bool swapped) {
   return std::bit_cast<Stored>(bytes);
 }
 
-// Throws Error for whole numbers that do not fit; negative ones become 0.
-template <typename Number>
-std::uint16_t to_depth(const EncodedImage& file, Number value) {
-  if (value <= 0) return 0;
-  if (static_cast<std::uint64_t>(value) > std::numeric_limits<std::uint16_t>::max())
-    refuse_depth(file, fmt::format("holds {}, which is above 65535", value));
-  return static_cast<std::uint16_t>(value);
-}
-
 struct NpyLayout {
   std::uint64_t width = 0;
   std::uint64_t height = 0;
@@ -104,7 +94,7 @@ DepthImage npy_image(const EncodedImage& file, const NpyLayout& layout, const Co
 
 template <typename Stored>
 DepthImage npy_whole(const EncodedImage& file, const NpyLayout& layout) {
-  return npy_image<Stored, std::uint16_t>(file, layout, [&](Stored value) { return to_depth(file, value); });
+  return npy_image<Stored, std::uint16_t>(file, layout, [&](Stored value) { return narrowed(file, value); });
 }
 
 template <typename Stored>

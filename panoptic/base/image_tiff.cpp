@@ -214,17 +214,14 @@ DepthImage decode_tiff_depth(const EncodedImage& file) {
   if (header.channels != 1) refuse_depth(file, fmt::format("a TIFF with {} channels", header.channels));
   if (reader.is_numbers(32, SAMPLEFORMAT_IEEEFP)) return reader.pixels<float>();
   if (reader.is_numbers(16, SAMPLEFORMAT_UINT)) return reader.pixels<std::uint16_t>();
-  const auto narrowed = [&](const auto& image) {
+  const auto whole = [&](const auto& image) {
     Image<std::uint16_t> narrow(image.width(), image.height());
-    for (std::size_t i = 0; i < image.size(); ++i) {
-      if (image[i] > 65535) refuse_depth(file, fmt::format("holds {}, which is above 65535", image[i]));
-      narrow[i] = static_cast<std::uint16_t>(std::max<std::int64_t>(image[i], 0));
-    }
+    for (std::size_t i = 0; i < image.size(); ++i) narrow[i] = narrowed(file, image[i]);
     return narrow;
   };
-  if (reader.is_numbers(16, SAMPLEFORMAT_INT)) return narrowed(reader.pixels<std::int16_t>());
-  if (reader.is_numbers(32, SAMPLEFORMAT_INT)) return narrowed(reader.pixels<std::int32_t>());
-  if (reader.is_numbers(32, SAMPLEFORMAT_UINT)) return narrowed(reader.pixels<std::uint32_t>());
+  if (reader.is_numbers(16, SAMPLEFORMAT_INT)) return whole(reader.pixels<std::int16_t>());
+  if (reader.is_numbers(32, SAMPLEFORMAT_INT)) return whole(reader.pixels<std::int32_t>());
+  if (reader.is_numbers(32, SAMPLEFORMAT_UINT)) return whole(reader.pixels<std::uint32_t>());
   refuse_depth(file, fmt::format("a TIFF with {} bits of format {}", header.bits, header.format));
 }
 
