@@ -89,11 +89,12 @@ void read_camera_json(const fs::path& path, Calibration& calibration) {
 
 }  // namespace
 
-std::optional<std::string> first_named(const fs::path& folder, std::span<const std::string_view> names) {
+std::optional<std::string> first_named(const fs::path& folder, std::span<const std::string_view> names,
+                                       const std::function<bool(const std::string& name)>& counts) {
   const std::vector<std::string> present = names_in_folder(folder);
   for (const std::string_view name : names) {
     for (const std::string& there : present) {
-      if (lower_case(there) == name) return there;
+      if (lower_case(there) == name && (!counts || counts(there))) return there;
     }
   }
   return std::nullopt;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,8 +15,10 @@
 
 namespace panoptic {
 
-// The first of these names that the folder holds, in any case, as it is written there.
-std::optional<std::string> first_named(const std::filesystem::path& folder, std::span<const std::string_view> names);
+// The first of these names that the folder holds, in any case, as it is written there; where `counts` is given, of something that
+// counts.
+std::optional<std::string> first_named(const std::filesystem::path& folder, std::span<const std::string_view> names,
+                                       const std::function<bool(const std::string& name)>& counts = {});
 
 // The file with the intrinsics of a plain folder: K.txt, intrinsic.txt, camera_intrinsic.json, calibration.txt and their like.
 std::optional<std::string> camera_file_in(const std::filesystem::path& folder);

@@ -95,6 +95,23 @@ auto first_image(const FileRecording& recording, const Read& read) {
                   recording.root.string(), recording.format, first_reason));
 }
 
+RecordingNotes notes_of(const FileRecording& recording) {
+  const Calibration& c = recording.calibration;
+  RecordingNotes notes{recording.assumed, files_left_out(recording), c.depth_scale};
+  constexpr const char* kRemedy = "; --calibration FILE.toml gives others";
+  if (c.camera_is_assumed) {
+    notes.assumed.push_back(fmt::format("focal length {:.1f}, {:.1f} pixels at {}x{}, since no file gives it{}", c.depth.fx,
+                                        c.depth.fy, c.depth.width, c.depth.height, kRemedy));
+  }
+  if (c.scale_is_assumed) {
+    notes.assumed.push_back(fmt::format("{:g} raw depth units a metre, since no file says so{}", c.depth_scale, kRemedy));
+  }
+  if (c.color_is_assumed) {
+    notes.assumed.push_back(fmt::format("colour images show what depth images show, pixel for pixel{}", kRemedy));
+  }
+  return notes;
+}
+
 }  // namespace
 
 std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& depth, const NumberedFiles& poses) {
@@ -119,6 +136,7 @@ FileDataset::FileDataset(FileRecording recording) : recording_(std::move(recordi
   Calibration& calibration = recording_.calibration;
   if (calibration.scale_is_assumed && std::holds_alternative<Image<float>>(depth)) calibration.depth_scale = 1;  // metres
   calibration = fitted(calibration, size_of(depth), color, recording_.root.string());
+  notes_ = notes_of(recording_);
 }
 
 std::string FileDataset::description() const {
@@ -138,23 +156,6 @@ std::optional<Pose> FileDataset::pose(std::size_t position) const {
   } catch (const Unusable&) {
     return std::nullopt;  // `read` says why
   }
-}
-
-RecordingNotes FileDataset::notes() const {
-  const Calibration& c = recording_.calibration;
-  RecordingNotes notes{recording_.assumed, files_left_out(recording_), c.depth_scale};
-  constexpr const char* kRemedy = "; --calibration FILE.toml gives others";
-  if (c.camera_is_assumed) {
-    notes.assumed.push_back(fmt::format("focal length {:.1f}, {:.1f} pixels at {}x{}, since no file gives it{}", c.depth.fx,
-                                        c.depth.fy, c.depth.width, c.depth.height, kRemedy));
-  }
-  if (c.scale_is_assumed) {
-    notes.assumed.push_back(fmt::format("{:g} raw depth units a metre, since no file says so{}", c.depth_scale, kRemedy));
-  }
-  if (c.color_is_assumed) {
-    notes.assumed.push_back(fmt::format("colour images show what depth images show, pixel for pixel{}", kRemedy));
-  }
-  return notes;
 }
 
 ReadResult FileDataset::read(std::size_t position) const {

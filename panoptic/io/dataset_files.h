@@ -49,10 +49,11 @@ class FileDataset : public Dataset {
   std::size_t size() const override { return recording_.frames.size(); }
   ReadResult read(std::size_t position) const override;
   std::optional<Pose> pose(std::size_t position) const override;
-  RecordingNotes notes() const override;
+  RecordingNotes notes() const override { return notes_; }
 
  private:
   FileRecording recording_;  // its calibration is fitted to the image sizes
+  RecordingNotes notes_;     // as the files were when it was opened
 };
 
 }  // namespace panoptic

@@ -20,17 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 7> kColorFolders = {"images", "color", "rgb", "image", "colour", "imgs", "img"};
-constexpr std::array<std::string_view, 6> kDepthFolders = {"depth",       "depths",     "depth_images",
-                                                           "depth_image", "depth_maps", "depth_map"};
 constexpr std::array<std::string_view, 5> kPoseFolders = {"poses", "pose", "extrinsics", "extrinsic", "cam_poses"};
 
 std::optional<std::string> folder_named(const fs::path& root, std::span<const std::string_view> names) {
-  for (const std::string_view name : names) {
-    auto found = first_named(root, std::array{name});
-    if (found && is_folder(root / *found)) return found;
-  }
-  return std::nullopt;
+  return first_named(root, names, [&](const std::string& name) { return is_folder(root / name); });
 }
 
 std::optional<std::string> trajectory_log_of_scene(const fs::path& root) {

@@ -12,6 +12,7 @@
 #include "panoptic/base/text.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/dataset_text.h"
+#include "panoptic/io/image_names.h"
 
 namespace panoptic {
 namespace {
@@ -30,9 +31,8 @@ struct FormatParts {
 };
 
 const std::vector<FormatParts>& formats() {
-  static const std::vector<FormatPart> kImages = {
-      {"images/ (or color/, rgb/)", {"images", "image", "color", "colour", "rgb", "imgs", "img"}},
-      {"depth/", {"depth", "depths", "depth_images", "depth_image", "depth_maps", "depth_map"}}};
+  static const std::vector<FormatPart> kImages = {{"images/ (or color/, rgb/)", {kColorFolders.begin(), kColorFolders.end()}},
+                                                  {"depth/", {kDepthFolders.begin(), kDepthFolders.end()}}};
   static const std::vector<FormatParts> kFormats = {
       {"ScanNet export", {{"color/", {"color"}}, {"depth/", {"depth"}}, {"pose/", {"pose", "poses"}}}},
       {"7-Scenes",

@@ -58,6 +58,12 @@ void for_each_line(const std::filesystem::path& path, const LineCallback& callba
   for_each_line_of(read_file(path), kSeparators, callback);
 }
 
+std::string with_slashes(std::string_view path) {
+  std::string result(path);
+  std::replace(result.begin(), result.end(), '\\', '/');
+  return result;
+}
+
 bool is_heading(std::span<const std::string_view> words) {
   return words.size() > 1 &&
          std::none_of(words.begin(), words.end(), [](std::string_view w) { return to_number(w).has_value(); });

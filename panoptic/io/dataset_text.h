@@ -36,6 +36,9 @@ std::optional<double> to_number(std::string_view word);
 // Throws Error with file and line if a word is no number.
 std::vector<double> to_numbers(std::span<const std::string_view> words, const std::filesystem::path& path, std::size_t line);
 
+// A path of a list that was made on Windows.
+std::string with_slashes(std::string_view path);
+
 // All numbers of a file, brackets around them or not. Throws Error if something in it is no number.
 std::vector<double> read_numbers(const std::filesystem::path& path);
 

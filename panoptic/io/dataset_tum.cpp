@@ -68,13 +68,6 @@ void for_each_entry(const fs::path& path, const LineCallback& callback) {
   });
 }
 
-// Lists that were made on Windows.
-std::string with_slashes(std::string_view file) {
-  std::string path(file);
-  std::replace(path.begin(), path.end(), '\\', '/');
-  return path;
-}
-
 std::vector<StampedFile> read_file_list(const fs::path& path) {
   std::vector<StampedFile> list;
   for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {

@@ -42,16 +42,14 @@ bool is_outside(const Camera& camera) {
 }
 
 std::string size_remedy(const Camera& camera, ImageSize size) {
-  const std::string otherwise = "the intrinsics speak of images of about";
   if (size.width <= 1 || size.height <= 1) {
     return "the principal point lies near the middle of an image: is the matrix written column by column, or not in pixels?";
   }
   return fmt::format(
-      "{} {}x{}; give those of this size (times {:.4g}, {:.4g}), or name their size as width and height in the calibration file "
-      "and "
-      "they are scaled",
-      otherwise, size.width, size.height, static_cast<double>(camera.width) / size.width,
-      static_cast<double>(camera.height) / size.height);
+      "the intrinsics speak of images of about {}x{}; give those of this size (times {:.4g}, {:.4g}), or name their size as "
+      "width "
+      "and height in the calibration file and they are scaled",
+      size.width, size.height, static_cast<double>(camera.width) / size.width, static_cast<double>(camera.height) / size.height);
 }
 
 // A value that a tenth of all readings have, and one in a hundred of the readings of at least half of the frames: no wall is that

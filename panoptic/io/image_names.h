@@ -16,6 +16,11 @@
 
 namespace panoptic {
 
+// The usual names of the folders, in small letters.
+inline constexpr std::array<std::string_view, 7> kColorFolders = {"images", "color", "rgb", "image", "colour", "imgs", "img"};
+inline constexpr std::array<std::string_view, 6> kDepthFolders = {"depth",       "depths",     "depth_images",
+                                                                  "depth_image", "depth_maps", "depth_map"};
+
 inline constexpr std::array<std::string_view, 3> kColorEndings = {".png", ".jpg", ".jpeg"};
 inline constexpr std::array<std::string_view, 6> kDepthEndings = {".png", ".pgm", ".tif", ".tiff", ".npy", ".exr"};
 inline constexpr std::array<std::string_view, 1> kPoseEndings = {".txt"};

@@ -20,7 +20,8 @@ using Distortion = std::vector<double>;
 // ("fisheye"), for other counts, and for numbers that are not finite.
 Distortion to_distortion(const std::string& model, Distortion coefficients, const std::string& source);
 
-// Where a point of the image plane (X / Z, Y / Z) appears; NaN beyond the radius at which the model turns back on itself.
+// The place at which a point of the image plane (X / Z, Y / Z) appears; NaN beyond the radius at which the model turns back on
+// itself.
 Eigen::Vector2d distorted(const Eigen::Vector2d& point, const Distortion& distortion);
 
 // Per pixel of the image without distortion: its place in the image with it, NaN where there is none.

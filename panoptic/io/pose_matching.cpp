@@ -10,6 +10,7 @@
 #include <map>
 
 #include "panoptic/error.h"
+#include "panoptic/io/dataset_text.h"
 
 namespace panoptic {
 namespace {
@@ -77,11 +78,7 @@ void give_by_name(std::vector<FileFrame>& frames, const PoseList& list, const fs
     return has_ending ? name.substr(0, ending) : name;
   };
   std::map<std::string, const ListedPose*> poses;
-  for (const ListedPose& pose : list.poses) {
-    std::string name = pose.name;
-    std::replace(name.begin(), name.end(), '\\', '/');
-    poses[name_of(name)] = &pose;
-  }
+  for (const ListedPose& pose : list.poses) poses[name_of(with_slashes(pose.name))] = &pose;
   const auto key = [&](auto member) {
     return [&name_of, member](const FileFrame& f) -> std::optional<std::string> { return name_of(f.*member); };
   };
