@@ -59,7 +59,7 @@ Image<ClassId> most_likely(const ClassScores& scores, int image_width, int image
 // How class values are meant.
 enum class Numbers { kLogits, kProbabilities, kClassNumbers };
 
-// Where the numbers of classes begin that a network gives to its detections.
+// The number that a network gives to the first of its classes in detections.
 enum class LabelsFrom { kZero, kOne, kCoco };  // kCoco: the category numbers of COCO, 1 to 90 with gaps, for its 80 classes
 
 // How the outputs of a network are read. Made anew for every frame: it depends on nothing but shapes and, where those leave
