@@ -12,6 +12,7 @@
 #include <span>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/image_header.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/base/json_value.h"
 #include "panoptic/data/label_json.h"
@@ -163,13 +164,10 @@ std::vector<std::uint16_t> number_segments(const CocoPanoptic::Picture& picture,
 
 // The id of each pixel: red + 256 green + 65536 blue, or the value of a grey picture of 8 or 16 bits.
 Image<std::uint32_t> ids_in(const std::filesystem::path& png) {
-  constexpr std::size_t kDepthAt = 24;  // in a PNG's header, before its type of colour
-  constexpr char kGrey = 0;
   const std::string bytes = read_png_bytes(png, 0, 0);
   const std::span<const std::uint8_t> view{reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
-  if (bytes.size() > kDepthAt + 1 && bytes[kDepthAt + 1] == kGrey) {
-    if (bytes[kDepthAt] < 8)
-      throw Error(fmt::format("{}: a grey picture of {} bits; ids need 8 or 16", png.string(), int{bytes[kDepthAt]}));
+  if (const SampleKind kind = sample_kind(view); kind.channels == 1) {
+    if (kind.bits < 8) throw Error(fmt::format("{}: a grey picture of {} bits; ids need 8 or 16", png.string(), kind.bits));
     const Image<std::uint16_t> grey = decode_gray16(view, png.string());
     return {grey.width(), grey.height(), std::vector<std::uint32_t>(grey.pixels().begin(), grey.pixels().end())};
   }

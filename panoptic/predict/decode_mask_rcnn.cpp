@@ -55,10 +55,7 @@ std::vector<float> probabilities_of(std::span<const float> row) {
   constexpr float kTolerance = 0.02F;
   const float sum = std::accumulate(p.begin(), p.end(), 0.0F);
   if (are_shares(row) && std::abs(sum - 1) <= kTolerance) return p;
-  const float highest = *std::max_element(p.begin(), p.end());
-  float total = 0;
-  for (float& value : p) total += value = std::exp(value - highest);
-  for (float& value : p) value /= total;
+  softmax(p);
   return p;
 }
 

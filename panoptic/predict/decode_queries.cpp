@@ -36,11 +36,10 @@ Query query_at(const Tensor& logits, std::size_t row, const Reading& reading, co
   const float* in = logits.values.data() + row * columns;
   std::vector<float> p(in, in + columns);
   if (reading.numbers == Numbers::kLogits) {
-    const float highest = *std::max_element(p.begin(), p.end());
-    for (float& value : p) value = std::exp(value - highest);
+    softmax(p);
+  } else {
+    normalise(p);
   }
-  const float sum = std::accumulate(p.begin(), p.end(), 0.0F);
-  for (float& value : p) value /= sum;
   Query query{row, 1, {p.begin(), p.begin() + static_cast<std::ptrdiff_t>(model.classes.size())}, 0};
   if (columns > model.classes.size()) query.p_object -= p.back();
   for (std::size_t c = 0; c < query.classes.size(); ++c) {
@@ -158,16 +157,16 @@ std::vector<Instance> instances_of(const std::vector<Query>& queries, const std:
                                    const ScoreGrid& grid, const DecodeContext& context) {
   const Thresholds& thresholds = context.model.thresholds;
   const std::vector<std::size_t> owner = owners_of(queries, masks, masks.empty() ? 0 : masks[0].size());
+  std::vector<ClassId> things;
+  for (std::size_t c = 0; c < context.class_of.size(); ++c) things.push_back(context.thing_of(c));
   std::vector<Instance> instances;
   for (std::size_t q = 0; q < queries.size(); ++q) {
-    const ClassId id = context.thing_of(queries[q].best);
+    const ClassId id = things[queries[q].best];
     if (id == ClassId::kUnknown) continue;
     std::vector<float> mask = kept_mask(q, masks[q], owner, thresholds.mask);
     if (mask.empty()) continue;
     const PixelRect rect = rect_around(mask, grid, context.placement);
     if (rect.width < 1 || rect.height < 1) continue;
-    std::vector<ClassId> things;
-    for (std::size_t c = 0; c < context.class_of.size(); ++c) things.push_back(context.thing_of(c));
     Instance instance{{id, queries[q].p_object, distribution_of(queries[q].classes, things)}, rect.x0, rect.y0, {}};
     instance.mask = draw_mask(rect, grid, {0, 0, grid.width, grid.height, std::move(mask)}, thresholds.mask);
     instances.push_back(std::move(instance));

@@ -82,7 +82,7 @@ void decode_row(const Planes& planes, int y, const std::vector<std::size_t>& pos
 }
 
 // One plane per class, whatever order the network gives its numbers in.
-Planes to_planes(Tensor tensor, const Reading& reading) {
+Planes planes_of(Tensor tensor, const Reading& reading) {
   Planes planes{{}, 0, reading.width, reading.height, reading.numbers == Numbers::kLogits};
   const std::size_t cells = static_cast<std::size_t>(reading.width) * static_cast<std::size_t>(reading.height);
   planes.count = tensor.values.size() / cells;
@@ -90,10 +90,7 @@ Planes to_planes(Tensor tensor, const Reading& reading) {
     planes.values = std::move(tensor.values);
     return planes;
   }
-  planes.values.resize(tensor.values.size());
-  for (std::size_t i = 0; i < cells; ++i) {
-    for (std::size_t c = 0; c < planes.count; ++c) planes.values[c * cells + i] = tensor.values[i * planes.count + c];
-  }
+  planes.values = to_planes(tensor.values, planes.count);
   return planes;
 }
 
@@ -145,7 +142,7 @@ Findings decode_semantic(std::vector<Tensor> outputs, const Reading& reading, co
     decode_numbers(tensor, position, context, scores);
     return {.scores = std::move(scores)};
   }
-  Planes planes = to_planes(std::move(tensor), reading);
+  Planes planes = planes_of(std::move(tensor), reading);
   if (has_opposite) add_opposite(planes);
   parallel_for(static_cast<std::size_t>(scores.height),
                [&](std::size_t y) { decode_row(planes, static_cast<int>(y), position, scores); });

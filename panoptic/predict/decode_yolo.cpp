@@ -17,15 +17,8 @@ constexpr std::size_t kMaxCandidates = 1000;  // suppression is quadratic in the
 // 1 x masks x height x width, whatever order the network gives.
 Tensor channels_first(const Tensor& tensor, bool is_last) {
   const std::vector<int> shape = *shape_of_rank(tensor, 3);
-  Tensor result{{1, shape[0], shape[1], shape[2]}, tensor.values};
-  if (!is_last) return result;
-  result.shape = {1, shape[2], shape[0], shape[1]};
-  const auto channels = static_cast<std::size_t>(shape[2]);
-  const std::size_t cells = tensor.values.size() / channels;
-  for (std::size_t i = 0; i < cells; ++i) {
-    for (std::size_t c = 0; c < channels; ++c) result.values[c * cells + i] = tensor.values[i * channels + c];
-  }
-  return result;
+  if (!is_last) return {{1, shape[0], shape[1], shape[2]}, tensor.values};
+  return {{1, shape[2], shape[0], shape[1]}, to_planes(tensor.values, static_cast<std::size_t>(shape[2]))};
 }
 
 // Numbers of many cells or boxes, several of each.

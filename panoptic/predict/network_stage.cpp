@@ -73,7 +73,6 @@ void take_pixels_as_they_are(InputFormat& input) {
 NetworkStage::NetworkStage(Model model, std::string_view task, const NetworkOptions& options, const LabelSet& labels)
     : model_(std::move(model)),
       task_(task),
-      label_set_(labels.name()),
       labels_(labels),
       class_of_(map_classes(model_, labels)),
       things_(class_of_),
@@ -90,11 +89,12 @@ NetworkStage::NetworkStage(Model model, std::string_view task, const NetworkOpti
 
 void NetworkStage::warm_up() {
   const Image<Rgb> empty(model_.input.width, model_.input.height);
-  read(network_.run(to_input(empty, model_.input)), empty);
+  std::vector<Tensor> outputs = network_.run(to_input(empty, model_.input));
+  reading_ = recognise(outputs, model_, task_);
+  read(std::move(outputs), empty);
 }
 
-Findings NetworkStage::read(std::vector<Tensor> outputs, const ImageView<Rgb>& color) {
-  reading_ = recognise(outputs, model_, task_);
+Findings NetworkStage::read(std::vector<Tensor> outputs, const ImageView<Rgb>& color) const {
   const bool instances = reading_.task == "instance";
   const DecodeContext context{model_, instances ? things_ : class_of_, place(color.width(), color.height(), model_.input),
                               likeliest_first_, &labels_};
@@ -108,6 +108,7 @@ Findings NetworkStage::run(const ImageView<Rgb>& color) {
     warn(fmt::format("{}: {} of the numbers that the network gives are not finite; where they are, it says nothing",
                      model_.path.string(), not_finite));
   }
+  reading_ = recognise(outputs, model_, task_);
   if (frames_ % kFramesPerCount == 0) count_unmatched(outputs, color);
   Findings findings = read(std::move(outputs), color);
   watch(findings);
@@ -129,11 +130,10 @@ void NetworkStage::watch(const Findings& findings) {
 
 // The network's own likeliest class of each cell, where it gives any.
 void NetworkStage::count_unmatched(const std::vector<Tensor>& outputs, const ImageView<Rgb>& color) {
-  const Reading reading = recognise(outputs, model_, task_);
-  if (reading.task == "instance" || !gives_scores) return;
+  if (reading_.task == "instance" || !gives_scores) return;
   std::vector<ClassId> own(class_of_.size());
   for (std::size_t c = 0; c < own.size(); ++c) own[c] = static_cast<ClassId>(c + 1);
-  const Findings findings = decode(outputs, reading, {model_, own, place(color.width(), color.height(), model_.input), true});
+  const Findings findings = decode(outputs, reading_, {model_, own, place(color.width(), color.height(), model_.input), true});
   const ClassScores& scores = *findings.scores;
   const std::size_t count = scores.classes.size();
   for (std::size_t i = 0; i < scores.values.size(); i += count) {
@@ -182,7 +182,7 @@ std::string NetworkStage::unmatched() const {
   }
   if (names.size() < missing.size()) names.push_back(fmt::format("{} more", missing.size() - names.size()));
   return fmt::format("{}: {:.1f} % of the pixels are classes that the label set '{}' lacks: {}", model_.name,
-                     100 * static_cast<double>(cells) / total, label_set_, fmt::join(names, ", "));
+                     100 * static_cast<double>(cells) / total, labels_.name(), fmt::join(names, ", "));
 }
 
 }  // namespace panoptic

@@ -44,14 +44,13 @@ class NetworkStage {
 
  private:
   void warm_up();
-  Findings read(std::vector<Tensor> outputs, const ImageView<Rgb>& color);
+  Findings read(std::vector<Tensor> outputs, const ImageView<Rgb>& color) const;
   void watch(const Findings& findings);
   void count_unmatched(const std::vector<Tensor>& outputs, const ImageView<Rgb>& color);
   void warn(std::string what);
 
   Model model_;
   std::string task_;
-  std::string label_set_;
   const LabelSet labels_;
   std::vector<ClassId> class_of_;
   std::vector<ClassId> things_;  // the same, kUnknown where a class is no thing

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 
 #include "panoptic/base/text.h"
 #include "panoptic/error.h"
@@ -92,6 +93,26 @@ std::size_t count_not_finite(std::span<const float> values) {
     count += (bits & kMagnitude) > kInfinity || bits == kInfinity ? 1U : 0U;
   }
   return count;
+}
+
+std::vector<float> to_planes(const std::vector<float>& values, std::size_t channels) {
+  const std::size_t cells = values.size() / channels;
+  std::vector<float> planes(values.size());
+  for (std::size_t i = 0; i < cells; ++i) {
+    for (std::size_t c = 0; c < channels; ++c) planes[c * cells + i] = values[i * channels + c];
+  }
+  return planes;
+}
+
+void normalise(std::span<float> shares) {
+  const float sum = std::accumulate(shares.begin(), shares.end(), 0.0F);
+  for (float& value : shares) value /= sum;
+}
+
+void softmax(std::span<float> logits) {
+  const float highest = *std::max_element(logits.begin(), logits.end());
+  for (float& value : logits) value = std::exp(value - highest);
+  normalise(logits);
 }
 
 float sigmoid(float x) { return 1.0F / (1.0F + std::exp(-x)); }

@@ -55,7 +55,13 @@ void prefer(std::vector<T>& candidates, Condition condition) {
   if (!better.empty()) candidates = std::move(better);
 }
 
+// Values of cells whose channels are last, one plane for each channel.
+std::vector<float> to_planes(const std::vector<float>& values, std::size_t channels);
+
 float sigmoid(float x);
+// Divides by the sum.
+void normalise(std::span<float> shares);
+void softmax(std::span<float> logits);
 
 // Throws Error naming the model if a detection's score is no probability.
 void require_probability(float score, const Model& model);
