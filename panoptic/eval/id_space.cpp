@@ -7,14 +7,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "panoptic/data/nyu40.h"
 #include "panoptic/error.h"
 #include "panoptic/eval/benchmark_classes.h"
 #include "panoptic/eval/nearest_points.h"
 
 namespace panoptic {
 namespace {
-
-constexpr std::uint16_t kLastNyu40 = 40;
 
 std::string ids_notice(const std::string& scene, const char* what, const std::vector<ClassId>& classes) {
   std::size_t labelled = 0;
@@ -23,7 +22,7 @@ std::string ids_notice(const std::string& scene, const char* what, const std::ve
   for (const ClassId id : classes) {
     if (id == ClassId::kUnknown) continue;
     ++labelled;
-    if (number(id) <= kLastNyu40) continue;
+    if (number(id) <= kNyu40Classes) continue;
     if (foreign++ == 0) example = id;
   }
   if (labelled == 0) {

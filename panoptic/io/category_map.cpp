@@ -18,18 +18,6 @@ namespace {
 
 constexpr std::uintmax_t kMaxTsvBytes = std::uintmax_t{16} << 20;
 
-constexpr std::array<std::string_view, kNyu40Classes> kNyu40Names = {
-    "wall",       "floor",          "cabinet",        "bed",
-    "chair",      "sofa",           "table",          "door",
-    "window",     "bookshelf",      "picture",        "counter",
-    "blinds",     "desk",           "shelves",        "curtain",
-    "dresser",    "pillow",         "mirror",         "floor mat",
-    "clothes",    "ceiling",        "books",          "refrigerator",
-    "television", "paper",          "towel",          "shower curtain",
-    "box",        "whiteboard",     "person",         "night stand",
-    "toilet",     "sink",           "lamp",           "bathtub",
-    "bag",        "otherstructure", "otherfurniture", "otherprop"};
-
 std::string squeezed(std::string_view name) {
   std::string text;
   for (const char c : name) {

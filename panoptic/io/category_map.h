@@ -10,11 +10,10 @@
 #include <string>
 #include <string_view>
 
+#include "panoptic/data/nyu40.h"
 #include "panoptic/labels.h"
 
 namespace panoptic {
-
-constexpr std::uint16_t kNyu40Classes = 40;  // numbered from 1
 
 // The name of a class, such as "chair": that of ScanNet's benchmark where it has the class. "unknown" for anything outside
 // 1..40.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 
+#include "panoptic/data/nyu40.h"
 #include "panoptic/predict/class_names.h"
 
 namespace panoptic {
@@ -36,10 +37,6 @@ constexpr std::string_view kAde =
     "swimming pool,stool,barrel,basket,waterfall,tent,bag,minibike,cradle,oven,ball,food,step,tank,trade name,microwave,pot,"
     "animal,bicycle,lake,dishwasher,screen,blanket,sculpture,hood,sconce,vase,traffic light,tray,ashcan,fan,pier,crt screen,"
     "plate,monitor,bulletin board,shower,radiator,glass,clock,flag";
-constexpr std::string_view kNyu =
-    "wall,floor,cabinet,bed,chair,sofa,table,door,window,bookshelf,picture,counter,blinds,desk,shelves,curtain,dresser,"
-    "pillow,mirror,floor mat,clothes,ceiling,books,refrigerator,television,paper,towel,shower curtain,box,whiteboard,person,"
-    "night stand,toilet,sink,lamp,bathtub,bag,otherstructure,otherfurniture,otherprop";
 constexpr std::string_view kScanNet =
     "wall,floor,cabinet,bed,chair,sofa,table,door,window,bookshelf,picture,counter,desk,curtain,refrigerator,shower curtain,"
     "toilet,sink,bathtub,otherfurniture";
@@ -97,6 +94,7 @@ int index_of_coco_category(int category) {
 
 std::vector<ClassList> class_lists_of(std::size_t count) {
   const std::vector<std::string> coco = split(kCoco);
+  const std::vector<std::string> nyu(kNyu40Names.begin(), kNyu40Names.end());
   const std::vector<std::string> panoptic = joined(coco, split(kCocoStuff));
   const std::vector<ClassList> all = {{"COCO", coco},
                                       {"COCO with its background", with_background(coco)},
@@ -104,8 +102,8 @@ std::vector<ClassList> class_lists_of(std::size_t count) {
                                       {"COCO panoptic", panoptic},
                                       {"ADE20K", split(kAde)},
                                       {"ADE20K with a background", with_background(split(kAde))},
-                                      {"NYU40", split(kNyu)},
-                                      {"NYU40 with a background", with_background(split(kNyu))},
+                                      {"NYU40", nyu},
+                                      {"NYU40 with a background", with_background(nyu)},
                                       {"ScanNet", split(kScanNet)},
                                       {"PASCAL VOC with its background", with_background(split(kVoc))}};
   std::vector<ClassList> lists;
