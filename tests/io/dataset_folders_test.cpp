@@ -23,15 +23,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-std::string error_of(const fs::path& path) {
-  try {
-    open_recording(path);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
 void expect_frames(const fs::path& root, const std::string& format, double scale = 1000) {
   SCOPED_TRACE(format);
   const auto dataset = open_recording(root);

@@ -19,15 +19,6 @@ using ::testing::StartsWith;
 
 constexpr int kJpegTolerance = 6;
 
-std::string error_of(const fs::path& path, const fs::path& calibration = {}) {
-  try {
-    open_recording(path, calibration);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
 std::string reason(const Dataset& dataset, std::size_t position) {
   const ReadResult result = dataset.read(position);
   return result.frame ? "frame" : result.skipped.reason;

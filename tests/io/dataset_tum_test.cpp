@@ -18,15 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-std::string error_of(const fs::path& path) {
-  try {
-    open_recording(path);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
 std::string reason(const Dataset& dataset, std::size_t position) {
   const ReadResult result = dataset.read(position);
   return result.frame ? "frame" : result.skipped.reason;

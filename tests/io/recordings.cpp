@@ -13,6 +13,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/error.h"
 
 namespace panoptic::test {
 namespace fs = std::filesystem;
@@ -112,6 +113,15 @@ void expect_frame(const ReadResult& result, int i, double depth_scale, int color
     ASSERT_NEAR(frame.color[k].g, expected[k].g, color_tolerance) << k;
     ASSERT_NEAR(frame.color[k].b, expected[k].b, color_tolerance) << k;
   }
+}
+
+std::string error_of(const std::filesystem::path& path, const std::filesystem::path& calibration) {
+  try {
+    open_recording(path, calibration);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
 }
 
 void write_scannet_export(const fs::path& root, const ScannetLayout& layout) {

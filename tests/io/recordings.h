@@ -35,6 +35,9 @@ void write_color(const std::filesystem::path& path, const Image<Rgb>& image);   
 // Depth equal to raw / scale, pose as pose_matrix(i), colour within a tolerance (JPEG is lossy).
 void expect_frame(const ReadResult& result, int i, double depth_scale, int color_tolerance = 0, ImageSize color = kColorSize);
 
+// The reason why a recording cannot be opened; "no error" if it can.
+std::string error_of(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
+
 struct ScannetLayout {
   std::string folder;          // "" or "frames"
   std::string poses = "pose";  // or "poses"
