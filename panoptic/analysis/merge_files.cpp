@@ -11,7 +11,6 @@
 #include "panoptic/analysis/map_merge.h"
 #include "panoptic/analysis/object_matching.h"
 #include "panoptic/base/files.h"
-#include "panoptic/base/json.h"
 #include "panoptic/base/version.h"
 #include "panoptic/error.h"
 #include "panoptic/mapfile/map_writer.h"
@@ -42,8 +41,7 @@ MapNotes merged_notes(const RunNotes& a, const RunNotes& b, std::int64_t frame_s
   state.last_frame = std::max(a.state.last_frame, b.state.last_frame + frame_shift);
   state.up_sum = a.state.up_sum + b.state.up_sum;
   MapNotes notes = notes_of(state);
-  const Vec3d up = (a.up + b.up).norm() > 0 ? Vec3d((a.up + b.up).normalized()) : a.up;
-  notes.texts[run_note::kUp] = Json({up.x(), up.y(), up.z()}).dump();
+  notes.texts[run_note::kUp] = up_text((a.up + b.up).norm() > 0 ? Vec3d((a.up + b.up).normalized()) : a.up);
   notes.texts[run_note::kProgram] = fmt::format("panoptic {}", version());
   notes.texts[run_note::kOptions] = a.options;
   notes.texts[run_note::kComplete] = a.complete && b.complete ? "1" : "0";

@@ -160,6 +160,8 @@ Vec3d up_of(const SavedMap& saved) {
   return up.allFinite() && up.norm() > 0 ? Vec3d(up.normalized()) : Vec3d(-Vec3d::UnitY());
 }
 
+std::string up_text(const Vec3d& up) { return Json({up.x(), up.y(), up.z()}).dump(); }
+
 std::optional<double> option_of(const SavedMap& saved, std::string_view key) {
   return number_in_toml(note_or_empty(saved, run_note::kOptions), "the map file's options", key);
 }

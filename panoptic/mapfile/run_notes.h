@@ -37,8 +37,9 @@ std::string note_or_empty(const SavedMap& saved, const std::string& name);
 
 // True if a map holds its recording to the end, the last tasks of the mapper included; else it is a checkpoint.
 bool is_complete(const SavedMap& saved);
-// The upward direction of the world. Unit length.
+// The upward direction of the world, unit length, and its text in the notes.
 Vec3d up_of(const SavedMap& saved);
+std::string up_text(const Vec3d& up);
 // A number among the options of the run, by its key ("depth.max_m"). Throws Error: the options are no TOML.
 std::optional<double> option_of(const SavedMap& saved, std::string_view key);
 

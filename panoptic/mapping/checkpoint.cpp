@@ -11,7 +11,6 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
-#include "panoptic/base/json.h"
 #include "panoptic/base/version.h"
 #include "panoptic/error.h"
 #include "panoptic/map/brick_pool.h"
@@ -192,8 +191,7 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
   pending->update.frames = std::exchange(frames_, {});
   pending->update.notes = notes_of(mapper.parts().state());
   pending->update.notes.texts.insert(identity_.begin(), identity_.end());
-  const Vec3d up = mapper.up();
-  pending->update.notes.texts[run_note::kUp] = Json({up.x(), up.y(), up.z()}).dump();
+  pending->update.notes.texts[run_note::kUp] = up_text(mapper.up());
   pending->update.notes.texts[run_note::kPositions] = std::to_string(positions_);
   pending->update.notes.texts[run_note::kComplete] = complete ? "1" : "0";
   return pending;

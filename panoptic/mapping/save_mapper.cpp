@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "panoptic/base/json.h"
 #include "panoptic/base/version.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapfile/map_writer.h"
@@ -32,11 +31,10 @@ std::vector<FrameRecord> frames_of(const Mapper& mapper) {
 void save_map(const std::filesystem::path& path, const Mapper& mapper, const Options& options) {
   MapUpdate update = whole_map(mapper.map());
   update.frames = frames_of(mapper);
-  const Vec3d up = mapper.up();
   update.notes = notes_of(mapper.parts().state());
   update.notes.texts[run_note::kOptions] = options_text(options);
   update.notes.texts[run_note::kProgram] = fmt::format("panoptic {}", version());
-  update.notes.texts[run_note::kUp] = Json({up.x(), up.y(), up.z()}).dump();
+  update.notes.texts[run_note::kUp] = up_text(mapper.up());
   update.notes.texts[run_note::kPositions] = std::to_string(update.frames.size());
   update.notes.texts[run_note::kComplete] = "1";
   save_map(path, MapHeader{options.map, mapper.map().labels}, update);
