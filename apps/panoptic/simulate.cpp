@@ -21,10 +21,7 @@ namespace panoptic {
 namespace {
 
 void apply_flags(const Arguments& a, ExportOptions& options) {
-  if (!a.predictions.empty()) {
-    options.predictions = a.predictions;
-    if (a.predictions != "none") options.prediction_noise = prediction_noise_preset(a.predictions);
-  }
+  if (!a.predictions.empty()) set_predictions(options, a.predictions);
   const Fields all = fields(options);
   for (const std::string& setting : a.settings) set_field(all, setting);
   if (a.seed) options.seed = *a.seed;

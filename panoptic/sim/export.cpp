@@ -101,6 +101,11 @@ Fields fields(ExportOptions& o) {
   return all;
 }
 
+void set_predictions(ExportOptions& options, const std::string& preset) {
+  options.predictions = preset;
+  if (preset != "none") options.prediction_noise = prediction_noise_preset(preset);
+}
+
 SimulationOptions simulation_options(const ExportOptions& o) {
   if (o.seed.find(',') != std::string::npos)
     throw Error(fmt::format("seed '{}' is not a whole number; write for example 7", o.seed));

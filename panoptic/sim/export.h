@@ -28,6 +28,8 @@ struct ExportOptions {
   int truth_stride = 0;  // every how many frames enter the ground-truth mesh; 0 = about 600 frames
 };
 Fields fields(ExportOptions& options);
+// Takes a preset of predictions with its noise, or "none". Throws Error for any other name.
+void set_predictions(ExportOptions& options, const std::string& preset);
 
 // The options of the simulation. Throws Error for a seed or a noise that is none.
 SimulationOptions simulation_options(const ExportOptions& options);

@@ -15,8 +15,7 @@ ExportOptions options_from(const std::vector<std::string>& settings) {
   ExportOptions options;
   for (const std::string& setting : settings) {
     if (!setting.starts_with(kPredictions)) continue;
-    options.predictions = setting.substr(kPredictions.size());
-    if (options.predictions != "none") options.prediction_noise = prediction_noise_preset(options.predictions);
+    set_predictions(options, setting.substr(kPredictions.size()));
   }
   const Fields all = fields(options);
   for (const std::string& setting : settings) set_field(all, setting);
