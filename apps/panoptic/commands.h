@@ -42,7 +42,14 @@ void tell_note(const std::string& note);
 // what no frame was made of. Without --no-preflight a sample of its frames is checked: what is impossible is refused, what is
 // unlikely is told in a line that names the doctor. Throws Error.
 class Dataset;
+class Predictor;
+struct PredictorReport;
 std::unique_ptr<Dataset> open_checked(const Arguments& arguments);
+
+// Tells the warnings of a predictor, if there is one, that were not told yet; at the end of a run its notes too, and returns its
+// report.
+void tell_warnings(Predictor* predictor);
+PredictorReport closing_report(Predictor* predictor);
 
 // The range of --frames, or everything. Throws UsageError.
 struct FrameRange;

@@ -20,11 +20,11 @@
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/regularize_file.h"
-#include "panoptic/meshing/mesher.h"
 #include "panoptic/outputs.h"
 #include "panoptic/parallel.h"
 #include "panoptic/profile.h"
 #include "panoptic/query.h"
+#include "panoptic/surface.h"
 
 namespace panoptic {
 namespace {
@@ -190,11 +190,7 @@ SavedMap load_map_and_tell(const std::string& path) {
   return saved;
 }
 
-Mesh mesh_of(const SavedMap& saved) {
-  Mesher mesher(options_of(saved).mesher);
-  mesher.update(saved.map);
-  return mesher.assemble(saved.map);
-}
+Mesh mesh_of(const SavedMap& saved) { return surface_of(saved.map, options_of(saved).mesher); }
 
 void tell_note(const std::string& note) {
   if (!note.empty()) fmt::print(stderr, "note: {}\n", note);

@@ -13,6 +13,18 @@
 
 namespace panoptic {
 
+void tell_warnings(Predictor* predictor) {
+  if (predictor == nullptr) return;
+  for (const std::string& warning : predictor->take_warnings()) tell(fmt::format("\nwarning: {}\n", warning));
+}
+
+PredictorReport closing_report(Predictor* predictor) {
+  tell_warnings(predictor);
+  PredictorReport report = predictor != nullptr ? predictor->report() : PredictorReport();
+  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
+  return report;
+}
+
 int predict(const Arguments& arguments) {
   const FrameRange range = frame_range_from(arguments);
   Options options = options_from(arguments);
@@ -42,13 +54,12 @@ int predict(const Arguments& arguments) {
       } else {
         skipped++;
       }
-      for (const std::string& warning : predictor->take_warnings()) tell(fmt::format("\nwarning: {}\n", warning));
+      tell_warnings(predictor.get());
       progress.advance(written + skipped);
     }
   }
   fmt::print("{} predictions in {}, {} frames skipped\n", written, arguments.output, skipped);
-  const PredictorReport report = predictor->report();
-  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
+  const PredictorReport report = closing_report(predictor.get());
   if (interrupted()) return kInterrupted;
   if (written == 0) {
     throw Error(fmt::format("{}: no frame was usable, so there are no predictions; panoptic doctor says why", arguments.dataset));

@@ -130,19 +130,6 @@ std::string usual_reason(const FrameStatistics& frames) {
   return most == reasons.end() ? "" : fmt::format(" ({} x {})", most->second, most->first);
 }
 
-void tell_warnings(Predictor* predictor) {
-  if (predictor == nullptr) return;
-  for (const std::string& warning : predictor->take_warnings()) tell(fmt::format("\nwarning: {}\n", warning));
-}
-
-// Tells warnings and notes of the predictor, and returns its report of the whole run.
-PredictorReport closing_report(Predictor* predictor) {
-  tell_warnings(predictor);
-  PredictorReport report = predictor != nullptr ? predictor->report() : PredictorReport();
-  for (const std::string& note : report.notes) fmt::print("note: {}\n", note);
-  return report;
-}
-
 // A network that was of no use makes a map that looks as if there was nothing to see.
 void require_sense(const PredictorReport& report, const WrittenMap& written, const RunSummary& summary, std::uint64_t used,
                    const Arguments& arguments) {

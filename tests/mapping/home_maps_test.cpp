@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "panoptic/map_pairs.h"
-#include "panoptic/meshing/mesher.h"
 #include "panoptic/query.h"
 #include "panoptic/sim/simulation.h"
+#include "panoptic/surface.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 #include "tests/mapping/mapped.h"
@@ -106,12 +106,6 @@ double median_distance_m(const Mesh& from, const Mesh& to) {
   return distances[distances.size() / 2];
 }
 
-Mesh mesh_of(const SavedMap& saved) {
-  Mesher mesher(MesherOptions{});
-  mesher.update(saved.map);
-  return mesher.assemble(saved.map);
-}
-
 std::size_t objects_with_surface(const SavedMap& saved) { return MapQuery(saved.map).objects().size(); }
 
 TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
@@ -126,8 +120,8 @@ TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
   EXPECT_NEAR(static_cast<double>(objects_with_surface(merged)), count, std::max(2.0, 0.15 * count));
   EXPECT_GT(summary.same, 0U);
   EXPECT_LT(summary.objects, summary.objects_a + summary.objects_b);
-  const Mesh expected = mesh_of(whole);
-  const Mesh found = mesh_of(merged);
+  const Mesh expected = surface_of(whole.map);
+  const Mesh found = surface_of(merged.map);
   EXPECT_NEAR(static_cast<double>(found.vertices.size()), static_cast<double>(expected.vertices.size()),
               0.05 * static_cast<double>(expected.vertices.size()));
   EXPECT_LT(median_distance_m(expected, found), 0.005);

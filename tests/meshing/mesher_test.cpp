@@ -11,6 +11,7 @@
 
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/meshing/marching_cubes_table.h"
+#include "panoptic/surface.h"
 #include "tests/block_planes.h"
 #include "tests/fusion/scenes.h"
 
@@ -64,12 +65,6 @@ PanopticMap fused_ball(double radius) {
   return map;
 }
 
-Mesh mesh_of(const PanopticMap& map) {
-  Mesher mesher({});
-  mesher.update(map);
-  return mesher.assemble(map);
-}
-
 TEST(MarchingCubesTable, EveryPatternIsBoundedOnlyOnTheFacesOfItsCell) {
   for (unsigned pattern = 0; pattern < 256; ++pattern) {
     std::set<std::pair<int, int>> open;
@@ -104,7 +99,7 @@ TEST(MarchingCubesTable, EveryPatternIsBoundedOnlyOnTheFacesOfItsCell) {
 
 TEST(Mesher, AFusedBallIsClosedAndTwoManifoldAcrossBlocks) {
   const PanopticMap map = fused_ball(0.5);
-  const Mesh mesh = mesh_of(map);
+  const Mesh mesh = surface_of(map);
   ASSERT_GT(map.voxels.block_count(), 8U);
   EXPECT_TRUE(closed_and_two_manifold(mesh));
   const auto edges = static_cast<long>(edge_use(mesh).count.size());
@@ -113,7 +108,7 @@ TEST(Mesher, AFusedBallIsClosedAndTwoManifoldAcrossBlocks) {
 }
 
 TEST(Mesher, AFusedBallHasTheRightSizeAndFacesOutwards) {
-  const Mesh mesh = mesh_of(fused_ball(0.5));
+  const Mesh mesh = surface_of(fused_ball(0.5));
   double volume = 0;
   for (const auto& t : mesh.triangles) {
     const auto p = [&](std::size_t k) { return Vec3d(mesh.vertices[t[k]].position.cast<double>()); };
@@ -144,7 +139,7 @@ TEST(Mesher, RandomFieldsHaveNoCracksAndNoEdgeWithFourTriangles) {
       }
     }
   }
-  const Mesh mesh = mesh_of(map);
+  const Mesh mesh = surface_of(map);
   const EdgeUse use = edge_use(mesh);
   EXPECT_FALSE(use.directed_twice);
   // Edges with one triangle are at the outside of the observed box only.
@@ -176,7 +171,7 @@ TEST(Mesher, AnUpdateOfWhatChangedEqualsAFreshMesh) {
   }
   EXPECT_EQ(incremental.update(map), 0U) << "nothing changed, nothing to do";
   const Mesh a = incremental.assemble(map);
-  const Mesh b = mesh_of(map);
+  const Mesh b = surface_of(map);
   ASSERT_EQ(a.vertices.size(), b.vertices.size());
   ASSERT_EQ(a.triangles, b.triangles);
   for (std::size_t i = 0; i < a.vertices.size(); ++i) {
@@ -190,9 +185,9 @@ TEST(Mesher, CellsWithAnUnobservedCornerAreLeftOut) {
   PanopticMap map = empty_map();
   VoxelBlock& block = map.voxels.block(map.voxels.allocate({0, 0, 0}));
   for (int i = 0; i < kBlockVoxels; ++i) block.set(i, {.distance = static_cast<float>(i / 256) - 7.5F, .weight = 1});
-  EXPECT_EQ(mesh_of(map).triangles.size(), 15U * 15U * 2U);
+  EXPECT_EQ(surface_of(map).triangles.size(), 15U * 15U * 2U);
   block.set(voxel_offset(5, 5, 7), {});
-  EXPECT_EQ(mesh_of(map).triangles.size(), 15U * 15U * 2U - 4 * 2U);
+  EXPECT_EQ(surface_of(map).triangles.size(), 15U * 15U * 2U - 4 * 2U);
 }
 
 // A block with a level surface, all of which is the object in slot 4.
