@@ -38,7 +38,7 @@ std::array<float, 256> normalized(const InputFormat& format, std::size_t channel
 cv::Mat mat_of(const ImageView<Rgb>& image) {
   const bool is_upright = image.row_bytes() > 0;
   auto* pixels = const_cast<Rgb*>(image.row(is_upright ? 0 : image.height() - 1));
-  const cv::Mat mat(image.height(), image.width(), CV_8UC3, pixels, static_cast<std::size_t>(std::abs(image.row_bytes())));
+  cv::Mat mat(image.height(), image.width(), CV_8UC3, pixels, static_cast<std::size_t>(std::abs(image.row_bytes())));
   if (is_upright) return mat;
   cv::Mat upright;  // of its own: the pixels are another's
   cv::flip(mat, upright, 0);
