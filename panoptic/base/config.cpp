@@ -280,7 +280,13 @@ void set_field(const Fields& fields, std::string_view assignment) {
   Fields settable = fields;
   for (Field& f : settable) f.allowed.required = false;
   const std::string text = fmt::format("{} = {}", key, is_text || is_word ? quoted(std::string(value)) : std::string(value));
-  read_toml_text(text, source, settable);
+  try {
+    read_toml_text(text, source, settable);
+  } catch (const Error& e) {  // a setting has no lines
+    const std::string_view message = e.what();
+    const std::string line = source + ":1:";
+    throw Error(message.starts_with(line) ? fmt::format("{}:{}", source, message.substr(line.size())) : std::string(message));
+  }
 }
 
 std::string to_toml(const Fields& fields) {

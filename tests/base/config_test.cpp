@@ -252,6 +252,7 @@ TEST(Config, SetRefusesNonsenseAndNamesIt) {
     const std::string message = error_of([&] { set_field(fields(e), bad); });
     EXPECT_THAT(message, HasSubstr("option ")) << bad;
   }
+  EXPECT_EQ(error_of([&] { set_field(fields(e), "count=99"); }), "option count=99: 'count' must be between 0 and 10, not 99");
   EXPECT_EQ(e, Everything{});
 }
 
