@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "panoptic/base/json.h"
+#include "panoptic/data/label_json.h"
 
 namespace panoptic {
 namespace {
@@ -18,8 +19,6 @@ std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::e
 double rounded(double value) { return std::round(value * 1e4) / 1e4; }
 
 Json to_json(const Vec3f& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
-
-Json to_json(const Rgb& c) { return {c.r, c.g, c.b}; }
 
 std::string key(BlockIndex i) { return fmt::format("{},{},{}", i.x, i.y, i.z); }
 
@@ -68,7 +67,7 @@ Json to_json(const SnapshotObject& object, const LabelSet& labels) {
   return {{"id", number(object.id)},
           {"class_id", number(object.class_id)},
           {"name", fmt::format("{}_{}", name, number(object.id))},
-          {"color", to_json(color_of(object.id, labels))},
+          {"color", color_json(color_of(object.id, labels))},
           {"probabilities", std::move(probabilities)},
           {"first_frame", object.first_frame},
           {"last_frame", object.last_frame},
@@ -81,10 +80,6 @@ Json to_json(const SnapshotObject& object, const LabelSet& labels) {
 }  // namespace
 
 std::string scene_message(const SnapshotScene& scene, const std::string& run) {
-  Json classes = Json::array();
-  for (const LabelClass& c : scene.labels.classes()) {
-    classes.push_back({{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", to_json(c.color)}});
-  }
   return text_of({{"protocol", kViewerProtocol},
                   {"title", scene.title},
                   {"dataset", scene.dataset},
@@ -93,7 +88,7 @@ std::string scene_message(const SnapshotScene& scene, const std::string& run) {
                   {"block_size_m", scene.block_size_m},
                   {"first_thing", scene.labels.first_thing()},
                   {"has_confidence", scene.has_confidence},
-                  {"classes", std::move(classes)}});
+                  {"classes", classes_json(scene.labels)}});
 }
 
 std::string state_message(const SnapshotSurface& surface, std::uint64_t since) {

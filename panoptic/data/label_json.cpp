@@ -17,11 +17,21 @@ constexpr double kMostSize_m = 1000;
 
 }  // namespace
 
+Json color_json(const Rgb& color) { return {color.r, color.g, color.b}; }
+
 Rgb color_in(const JsonValue& value) {
   const std::vector<JsonValue> c = value.elements();
   if (c.size() != 3) value.wrong("[red, green, blue]");
   const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(c[i].integer(0, 255)); };
   return {channel(0), channel(1), channel(2)};
+}
+
+Json classes_json(const LabelSet& labels) {
+  Json classes = Json::array();
+  for (const LabelClass& c : labels.classes()) {
+    classes.push_back({{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", color_json(c.color)}});
+  }
+  return classes;
 }
 
 std::vector<LabelClass> classes_in(const JsonValue& list) {

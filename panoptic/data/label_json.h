@@ -7,15 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/base/json.h"
 #include "panoptic/base/json_value.h"
 #include "panoptic/labels.h"
 
 namespace panoptic {
 
 // [red, green, blue]
+Json color_json(const Rgb& color);
 Rgb color_in(const JsonValue& value);
 
-// [{id, name, is_thing, color}], as reports and predictions have them; max_size_m and is_support may be there.
+// [{id, name, is_thing, color}], as reports and predictions have them. What is read may have max_size_m and is_support too.
+Json classes_json(const LabelSet& labels);
 std::vector<LabelClass> classes_in(const JsonValue& list);
 
 // The classes that were read at `place`, which is named if they do not go together.

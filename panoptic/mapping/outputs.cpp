@@ -10,6 +10,7 @@
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/version.h"
+#include "panoptic/data/label_json.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/io/views.h"
 #include "panoptic/mapping/option_fields.h"
@@ -22,22 +23,12 @@ namespace {
 
 Json to_json(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json to_json(const Rgb& c) { return {c.r, c.g, c.b}; }
-
 Json to_json(const DurationHistogram& h) {
   return {{"count", h.count()},
           {"mean_ms", h.mean_ms()},
           {"p50_ms", h.percentile_ms(0.5)},
           {"p95_ms", h.percentile_ms(0.95)},
           {"max_ms", h.max_ms()}};
-}
-
-Json to_json(const LabelSet& labels) {
-  Json list = Json::array();
-  for (const LabelClass& c : labels.classes()) {
-    list.push_back({{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", to_json(c.color)}});
-  }
-  return list;
 }
 
 Json value_json(const Field& field) {
@@ -240,7 +231,7 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
   report["up"] = to_json(mapper.up());
   report["objects_refused"] = mapper.map().objects.refused();
   report["label_set"] = mapper.map().labels.name();
-  report["labels"] = to_json(mapper.map().labels);
+  report["labels"] = classes_json(mapper.map().labels);
   report["options"] = to_json(fields(copy));
   return report;
 }

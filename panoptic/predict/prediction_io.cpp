@@ -31,12 +31,11 @@ std::filesystem::path frame_file(const std::filesystem::path& folder, std::int64
 }
 
 Json to_json(const LabelSet& labels) {
-  Json classes = Json::array();
-  for (const LabelClass& c : labels.classes()) {
-    classes.push_back(
-        {{"id", number(c.id)}, {"name", c.name}, {"is_thing", c.is_thing}, {"color", {c.color.r, c.color.g, c.color.b}}});
-    if (c.max_size_m > 0) classes.back()["max_size_m"] = c.max_size_m;
-    if (c.is_support) classes.back()["is_support"] = true;
+  Json classes = classes_json(labels);
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    const LabelClass& c = labels.classes()[i];
+    if (c.max_size_m > 0) classes[i]["max_size_m"] = c.max_size_m;
+    if (c.is_support) classes[i]["is_support"] = true;
   }
   return {{"name", labels.name()}, {"classes", std::move(classes)}};
 }
