@@ -11,6 +11,7 @@
 #include "panoptic/base/image_io.h"
 #include "panoptic/outputs.h"
 #include "tests/apps/run_fixture.h"
+#include "tests/sanitized.h"
 
 namespace panoptic {
 namespace {
@@ -121,9 +122,8 @@ TEST_F(Run, CtrlCBeforeTheFirstFrameStillEndsOrderly) {
 }
 
 TEST_F(Run, RunningOutOfMemoryKeepsTheMapSoFar) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "the sanitizers take more memory than the limit of this test and never fail an allocation";
-#endif
+  if (test::kSanitized)
+    GTEST_SKIP() << "the sanitizers take more memory than the limit of this test and never fail an allocation";
   const fs::path predictions = write_predictions();
   fs::resize_file(predictions / "000007.png", 260'000'000);  // of holes, that take no space
   const auto limit_memory = [] {

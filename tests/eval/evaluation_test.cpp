@@ -20,6 +20,7 @@
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/run_json.h"
+#include "tests/sanitized.h"
 
 namespace panoptic {
 namespace {
@@ -178,9 +179,7 @@ TEST(Evaluation, WritesUndefinedScoresAsNullAndAllKeys) {
 }
 
 TEST(Evaluation, OfThreeHundredThousandVerticesTakesLessThanTwoSeconds) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers are slower";
-#endif
+  if (test::kSanitized) GTEST_SKIP() << "sanitizers are slower";
   const ScanTruth truth = three_patches(317);
   const LabelledMap map = map_of(truth, {0, 0, 0.01F});
   const std::clock_t start = std::clock();  // of the processor: others may be busy on this machine

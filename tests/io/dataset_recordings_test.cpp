@@ -9,6 +9,7 @@
 #include "panoptic/profile.h"
 #include "panoptic/source.h"
 #include "tests/places.h"
+#include "tests/sanitized.h"
 #include "tests/shared_data.h"
 
 namespace panoptic::test {
@@ -55,9 +56,7 @@ TEST(Recordings, TheHololensRecordingOpensAsAPlainFolder) {
 
 TEST(Recordings, StreamingHoldsAFewFramesAtATime) {
   PANOPTIC_REQUIRE_SHARED("data/kitchen");
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers keep freed memory";
-#endif
+  if (test::kSanitized) GTEST_SKIP() << "sanitizers keep freed memory";
   const auto dataset = open_recording(shared_folder() / "data" / "kitchen");
   FrameStream stream(*dataset, {0, 70, 1});
   for (int i = 0; i < 20; ++i) stream.next();

@@ -17,6 +17,7 @@
 #include "panoptic/parallel.h"
 #include "tests/block_planes.h"
 #include "tests/mapping/ball_on_floor.h"
+#include "tests/sanitized.h"
 
 namespace panoptic {
 namespace {
@@ -258,9 +259,7 @@ double allocated_mb() {
 
 // A run of a million frames must not grow with frames: after the place is mapped, nothing that a mapper holds gets larger.
 TEST(Mapper, MemoryDoesNotGrowWithFrames) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers replace the allocator that is asked here";
-#endif
+  if (test::kSanitized) GTEST_SKIP() << "sanitizers replace the allocator that is asked here";
   set_thread_count(1);
   Mapper mapper({}, test::test_labels());
   const Frame frame = tiny_frame();

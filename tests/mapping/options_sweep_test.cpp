@@ -20,6 +20,7 @@
 #include "tests/block_planes.h"
 #include "tests/fresh_seed.h"
 #include "tests/fusion/scenes.h"
+#include "tests/sanitized.h"
 
 namespace panoptic {
 namespace {
@@ -129,22 +130,16 @@ std::vector<double> ends_of(const std::string& key) {
   return {};
 }
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
-
 // Both ends, or one of them by chance under a sanitizer, where a map takes twenty times as long.
 class Ends {
  public:
   std::vector<double> operator()(const std::string& key) {
     const std::vector<double> ends = ends_of(key);
-    return kSanitized && ends.size() == 2 ? std::vector{ends[random_() % 2]} : ends;
+    return test::kSanitized && ends.size() == 2 ? std::vector{ends[random_() % 2]} : ends;
   }
 
  private:
-  std::mt19937 random_{kSanitized ? test::fresh_seed() : 0};
+  std::mt19937 random_{test::kSanitized ? test::fresh_seed() : 0};
 };
 
 TEST(OptionsSweep, EveryNumberAtBothEndsOfItsRangeGivesAMapOrAnError) {
@@ -159,7 +154,7 @@ TEST(OptionsSweep, EveryNumberAtBothEndsOfItsRangeGivesAMapOrAnError) {
 }
 
 // Which numbers meet in one formula.
-const std::pair<const char*, const char*> kMeeting[] = {
+const std::vector<std::pair<const char*, const char*>> kMeeting = {
     {"map.voxel_size_m", "objects.merge_distance_m"},               // reach of contacts
     {"map.voxel_size_m", "map.truncation_voxels"},                  // width of the band
     {"map.voxel_size_m", "depth.max_m"},                            // voxel coordinates
@@ -191,7 +186,7 @@ const std::pair<const char*, const char*> kMeeting[] = {
 TEST(OptionsSweep, NumbersThatMeetInOneFormulaGiveAMapOrAnErrorAtAllTheirEnds) {
   Ends ends;
   std::mt19937 random(test::fresh_seed());
-  for (const auto& [first, second] : kMeeting) {
+  for (const auto& [first, second] : test::third_under_a_sanitizer(kMeeting)) {
     const std::vector<double> a = ends(first);
     const std::vector<double> b = ends(second);
     const std::size_t shift = random() % 2;

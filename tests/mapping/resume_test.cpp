@@ -21,6 +21,7 @@
 #include "tests/fresh_folder.h"
 #include "tests/fusion/scenes.h"
 #include "tests/places.h"
+#include "tests/sanitized.h"
 
 namespace panoptic {
 namespace {
@@ -121,7 +122,8 @@ void map_until(int end, const std::filesystem::path& path, std::optional<int> fi
 
 TEST(Resume, GivesTheSameMapAndObjectsWhereverItWasInterrupted) {
   // After the first frame, a regularization (7), a maintenance (8), both, a skipped frame (5), twice, right before the end.
-  for (const std::vector<int>& cuts : {std::vector{1, 7, 16}, {8, 14}, {9, 15, 17}, {kFrames}}) {
+  const std::vector<std::vector<int>> all = {{1, 7, 16}, {8, 14}, {9, 15, 17}, {kFrames}};
+  for (const std::vector<int>& cuts : test::third_under_a_sanitizer(all)) {
     const auto path = fresh_folder() / "map.panoptic";
     for (const int cut : cuts) map_until(cut, path);
     Mapper mapper(identity().options, test::test_labels());
