@@ -14,7 +14,12 @@
 #include <fstream>
 #include <system_error>
 
+#include "panoptic/base/memory.h"
 #include "panoptic/profile.h"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace panoptic {
 namespace os {
@@ -168,11 +173,19 @@ double peak_rss_mb() {
   return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
 }
 
-double rss_mb() {
-  double all_pages = 0;
-  double resident_pages = 0;
+double rss_mb() { return static_cast<double>(resident_bytes()) / 1e6; }
+
+std::size_t resident_bytes() {
+  std::size_t all_pages = 0;
+  std::size_t resident_pages = 0;
   std::ifstream("/proc/self/statm") >> all_pages >> resident_pages;
-  return resident_pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
+  return resident_pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+void give_back_free_memory() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
 }
 
 }  // namespace panoptic

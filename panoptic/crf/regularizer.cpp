@@ -113,7 +113,9 @@ std::size_t Regularizer::run(VoxelMap& map) {
     pool.give_back(std::move(scratch));
   };
   const bool small = options_.max_blocks > 0 && static_cast<std::size_t>(options_.max_blocks) <= kSmallTile;
-  if (small && tiles.size() >= kTilesPerThread * static_cast<std::size_t>(thread_count())) {
+  // Under a memory limit there is memory for one at a time.
+  const bool many = tiles.size() >= kTilesPerThread * static_cast<std::size_t>(thread_count());
+  if (small && many && map.pager() == nullptr) {
     parallel_for(tiles.size(), [&](std::size_t i) { regularize_one(i, {.parallel = false}); });
   } else {
     for (std::size_t i = 0; i < tiles.size(); ++i) regularize_one(i, {.parallel = true});

@@ -13,81 +13,33 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "panoptic/base/files.h"
-#include "panoptic/data/speaker.h"
+#include "panoptic/base/piece_writer.h"
 #include "panoptic/error.h"
+#include "panoptic/io/glb_parts.h"
 #include "panoptic/mesh.h"
 
 namespace panoptic {
 namespace {
 
-using Triangle = std::array<std::uint32_t, 3>;
-
 // Chunk lengths are 32-bit; the rest is room for the JSON part.
 constexpr std::size_t kMaxBufferBytes = std::numeric_limits<std::uint32_t>::max() - (std::size_t{64} << 20);
-// 65535 would restart a primitive.
-constexpr std::size_t kMaxShortIndexVertices = 65535;
+constexpr std::size_t kFileHeaderBytes = 12;
+constexpr std::size_t kChunkHeaderBytes = 8;
+constexpr std::size_t kStandInBytes = 4;  // of the buffer, while the library encodes the rest
 
 constexpr const char* kRootName = "map";
 
 // The four buffer views, in this order in the one buffer. All vertices of a kind lie together, object after object.
 enum View : int { kPositions, kNormals, kColors, kIndices, kViewCount };
-
-// One object's triangles with vertices of its own.
-struct Part {
-  std::vector<std::uint32_t> vertices;  // of the mesh
-  std::vector<Triangle> triangles;      // of positions in `vertices`
-};
-
-bool is_usable(const Mesh& mesh, const Triangle& t) {
-  const auto finite = [&](std::uint32_t v) { return mesh.vertices[v].position.allFinite(); };
-  return t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && finite(t[0]) && finite(t[1]) && finite(t[2]);
-}
-
-std::map<PanopticId, Part> split_by_id(const Mesh& mesh) {
-  std::map<PanopticId, Part> parts;
-  for (const Triangle& t : mesh.triangles) {
-    if (!is_usable(mesh, t)) continue;
-    const auto id = [&](std::size_t corner) { return mesh.vertices[t[corner]].panoptic_id; };
-    parts[id(static_cast<std::size_t>(speaker(id(0), id(1), id(2))))].triangles.push_back(t);
-  }
-  for (auto& [id, part] : parts) {
-    for (const Triangle& t : part.triangles) part.vertices.insert(part.vertices.end(), t.begin(), t.end());
-    std::sort(part.vertices.begin(), part.vertices.end());
-    part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()), part.vertices.end());
-    for (Triangle& t : part.triangles) {
-      for (std::uint32_t& index : t) {
-        const auto found = std::lower_bound(part.vertices.begin(), part.vertices.end(), index);
-        index = static_cast<std::uint32_t>(found - part.vertices.begin());
-      }
-    }
-  }
-  return parts;
-}
-
-// Unit normals; where the mesh has none, those of the triangles around.
-std::vector<Vec3f> normals_of(const Mesh& mesh, const Part& part) {
-  const auto is_direction = [](const Vec3f& n) { return n.allFinite() && n.norm() > 1e-6F; };
-  std::vector<Vec3f> around(part.vertices.size(), Vec3f::Zero());
-  for (const Triangle& t : part.triangles) {
-    const auto at = [&](std::size_t corner) -> const Vec3f& { return mesh.vertices[part.vertices[t[corner]]].position; };
-    const Vec3f normal = (at(1) - at(0)).cross(at(2) - at(0));
-    for (const std::uint32_t index : t) around[index] += normal;
-  }
-  std::vector<Vec3f> normals;
-  for (std::size_t i = 0; i < part.vertices.size(); ++i) {
-    const Vec3f& given = mesh.vertices[part.vertices[i]].normal;
-    Vec3f normal = is_direction(given) ? given : around[i];
-    normals.emplace_back(normal.norm() > 0 && normal.allFinite() ? normal.stableNormalized() : Vec3f::UnitY());
-  }
-  return normals;
-}
 
 double linear(std::uint8_t srgb) {
   const double s = srgb / 255.0;
@@ -107,17 +59,21 @@ tinygltf::Value id_value(PanopticId id) {
   return is_short ? tinygltf::Value(static_cast<int>(number(id))) : tinygltf::Value(static_cast<double>(number(id)));
 }
 
-// Builds the glTF model object by object.
+// Builds the glTF model object by object: all but the numbers of vertices and triangles, which would be another copy of the mesh.
 class Scene {
  public:
   Scene(const Mesh& mesh, const LabelSet& labels) : mesh_(mesh), labels_(labels) {}
 
-  void add(PanopticId id, const Part& part) {
+  void add(const GlbPart& part) {
+    const PanopticId id = part.id;
     const ClassId class_id = class_of(id, part);
     const std::string name = unique(node_name(id, class_id, labels_));
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.attributes = {{"POSITION", add_positions(part)}, {"NORMAL", add_normals(part)}, {"_COLOR", add_colors(part)}};
+    primitive.attributes = {
+        {"POSITION", add_positions(part)},
+        {"NORMAL", add_accessor(kNormals, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, part.vertices.size())},
+        {"_COLOR", add_colors(part)}};
     primitive.indices = add_indices(part);
     primitive.material = static_cast<int>(model_.materials.size());
     add_material(name, color_of(id, labels_));
@@ -134,7 +90,9 @@ class Scene {
     model_.nodes.push_back(node);
   }
 
-  // The finished model; the builder is spent.
+  std::size_t buffer_bytes() const { return std::accumulate(sizes_.begin(), sizes_.end(), std::size_t{0}); }
+
+  // The finished model, whose buffer is a stand-in; the builder is spent.
   tinygltf::Model finish(const std::optional<Vec3d>& up) {
     model_.asset.version = "2.0";
     model_.asset.generator = "PanopticFusion";
@@ -144,12 +102,12 @@ class Scene {
     if (up.has_value() && up->norm() > 0 && !model_.nodes.empty()) scene.nodes = {add_root(*up, scene.nodes)};
     model_.scenes.push_back(scene);
     model_.defaultScene = 0;
-    if (!model_.nodes.empty()) join_views();
+    if (!model_.nodes.empty()) add_views();
     return std::move(model_);
   }
 
  private:
-  ClassId class_of(PanopticId id, const Part& part) const {
+  ClassId class_of(PanopticId id, const GlbPart& part) const {
     if (!labels_.is_object(id)) return static_cast<ClassId>(number(id));
     std::map<ClassId, std::size_t> votes;
     for (const std::uint32_t v : part.vertices) {
@@ -165,71 +123,43 @@ class Scene {
     return candidate;
   }
 
-  template <typename T>
-  void append(View view, const T* values, std::size_t count) {
-    std::vector<unsigned char>& bytes = bytes_[view];
-    const std::size_t at = bytes.size();
-    bytes.resize(at + count * sizeof(T));
-    std::memcpy(bytes.data() + at, values, count * sizeof(T));
-  }
-
   int add_accessor(View view, int component, int type, std::size_t count) {
     tinygltf::Accessor accessor;
     accessor.bufferView = view;
-    accessor.byteOffset = bytes_[view].size();
+    accessor.byteOffset = sizes_[view];
     accessor.componentType = component;
     accessor.type = type;
     accessor.count = count;
     model_.accessors.push_back(accessor);
+    sizes_[view] += count * static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component)) *
+                                                     tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
     return static_cast<int>(model_.accessors.size()) - 1;
   }
 
-  int add_positions(const Part& part) {
+  int add_positions(const GlbPart& part) {
     const int index = add_accessor(kPositions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, part.vertices.size());
     Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity());
     Vec3f high = -low;
     for (const std::uint32_t v : part.vertices) {
-      const Vec3f& position = mesh_.vertices[v].position;
-      append(kPositions, position.data(), 3);
-      low = low.cwiseMin(position);
-      high = high.cwiseMax(position);
+      low = low.cwiseMin(mesh_.vertices[v].position);
+      high = high.cwiseMax(mesh_.vertices[v].position);
     }
     model_.accessors.back().minValues.assign(low.begin(), low.end());
     model_.accessors.back().maxValues.assign(high.begin(), high.end());
     return index;
   }
 
-  int add_normals(const Part& part) {
-    const int index = add_accessor(kNormals, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, part.vertices.size());
-    for (const Vec3f& normal : normals_of(mesh_, part)) append(kNormals, normal.data(), 3);
-    return index;
-  }
-
   // Not COLOR_0: viewers would multiply it with the material's colour.
-  int add_colors(const Part& part) {
+  int add_colors(const GlbPart& part) {
     const int index = add_accessor(kColors, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_VEC4, part.vertices.size());
     model_.accessors.back().normalized = true;
-    for (const std::uint32_t v : part.vertices) {
-      const Rgb& color = mesh_.vertices[v].color;
-      const std::array<std::uint8_t, 4> rgba = {color.r, color.g, color.b, 255};
-      append(kColors, rgba.data(), rgba.size());
-    }
     return index;
   }
 
-  // 16 bits where they suffice. Never 8: WebGPU and Direct3D have no such indices, and viewers convert them.
-  int add_indices(const Part& part) {
-    bytes_[kIndices].resize((bytes_[kIndices].size() + 3) / 4 * 4);
-    const bool is_short = part.vertices.size() <= kMaxShortIndexVertices;
-    const int component = is_short ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-    const int index = add_accessor(kIndices, component, TINYGLTF_TYPE_SCALAR, part.triangles.size() * 3);
-    for (const Triangle& t : part.triangles) {
-      const std::array<std::uint16_t, 3> narrow = {static_cast<std::uint16_t>(t[0]), static_cast<std::uint16_t>(t[1]),
-                                                   static_cast<std::uint16_t>(t[2])};
-      if (is_short) append(kIndices, narrow.data(), narrow.size());
-      if (!is_short) append(kIndices, t.data(), t.size());
-    }
-    return index;
+  int add_indices(const GlbPart& part) {
+    sizes_[kIndices] = padded(sizes_[kIndices]);
+    const int component = has_short_indices(part) ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    return add_accessor(kIndices, component, TINYGLTF_TYPE_SCALAR, part.triangles.size() * 3);
   }
 
   void add_material(const std::string& name, const Rgb& color) {
@@ -251,18 +181,18 @@ class Scene {
     return static_cast<int>(model_.nodes.size()) - 1;
   }
 
-  void join_views() {
+  void add_views() {
     constexpr std::array<std::size_t, kViewCount> kStrides = {sizeof(float) * 3, sizeof(float) * 3, 4, 0};
-    tinygltf::Buffer& buffer = model_.buffers.emplace_back();
+    model_.buffers.emplace_back().data.resize(kStandInBytes);
+    std::size_t begin = 0;
     for (std::size_t i = 0; i < kViewCount; ++i) {
       tinygltf::BufferView& view = model_.bufferViews.emplace_back();
       view.buffer = 0;
-      view.byteOffset = buffer.data.size();
-      view.byteLength = bytes_[i].size();
+      view.byteOffset = begin;
+      view.byteLength = sizes_[i];
       view.byteStride = kStrides[i];
       view.target = i == kIndices ? TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER : TINYGLTF_TARGET_ARRAY_BUFFER;
-      buffer.data.insert(buffer.data.end(), bytes_[i].begin(), bytes_[i].end());
-      std::vector<unsigned char>().swap(bytes_[i]);
+      begin += sizes_[i];
     }
   }
 
@@ -270,32 +200,74 @@ class Scene {
   const LabelSet& labels_;
   std::set<std::string> names_{kRootName};
   tinygltf::Model model_;
-  std::array<std::vector<unsigned char>, kViewCount> bytes_;
+  std::array<std::size_t, kViewCount> sizes_{};  // in bytes
 };
+
+// The JSON part of the model, whose buffer has so many bytes instead of its stand-in's.
+std::string json_text(const tinygltf::Model& model, std::size_t buffer_bytes) {
+  std::ostringstream stream;
+  tinygltf::TinyGLTF writer;
+  if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) throw Error("the scene cannot be encoded as glTF");
+  const std::string glb = stream.str();
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + kFileHeaderBytes, sizeof(length));
+  std::string json = glb.substr(kFileHeaderBytes + kChunkHeaderBytes, length);
+  json.erase(json.find_last_not_of(' ') + 1);  // the format's padding
+  const std::string stand_in = fmt::format(R"("buffers":[{{"byteLength":{}}}])", kStandInBytes);
+  if (const std::size_t at = json.find(stand_in); at != std::string::npos) {
+    json.replace(at, stand_in.size(), fmt::format(R"("buffers":[{{"byteLength":{}}}])", buffer_bytes));
+  }
+  return json.append(padded(json.size()) - json.size(), ' ');
+}
+
+void put_chunk_header(std::size_t bytes, std::string_view type, PieceWriter& out) {
+  out.put(static_cast<std::uint32_t>(bytes));
+  out.put_bytes(type);
+}
+
+// Throws Error, before anything is put, if the scene is larger than the format allows.
+void put_glb(const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up, PieceWriter& out) {
+  const std::vector<GlbPart> parts = split_by_id(mesh);
+  Scene scene(mesh, labels);
+  for (const GlbPart& part : parts) scene.add(part);
+  const std::size_t buffer_bytes = scene.buffer_bytes();
+  if (buffer_bytes > kMaxBufferBytes) {
+    throw Error("the mesh takes more than the 4 GB that a .glb file can hold; use larger voxels");
+  }
+  const std::string json = json_text(scene.finish(up), buffer_bytes);
+  const std::size_t binary_bytes = buffer_bytes > 0 ? kChunkHeaderBytes + padded(buffer_bytes) : 0;
+  out.put_bytes("glTF");
+  out.put(std::uint32_t{2});  // the version
+  out.put(static_cast<std::uint32_t>(kFileHeaderBytes + kChunkHeaderBytes + json.size() + binary_bytes));
+  put_chunk_header(json.size(), "JSON", out);
+  out.put_bytes(json);
+  if (binary_bytes > 0) {
+    put_chunk_header(padded(buffer_bytes), {"BIN\0", 4}, out);
+    put_buffer(mesh, parts, out);
+  }
+  out.finish();
+}
 
 }  // namespace
 
 std::string glb_bytes(const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up) {
-  Scene builder(mesh, labels);
-  for (const auto& [id, part] : split_by_id(mesh)) builder.add(id, part);
-  const tinygltf::Model model = builder.finish(up);
-  if (!model.buffers.empty() && model.buffers.front().data.size() > kMaxBufferBytes) {
-    throw Error("the mesh takes more than the 4 GB that a .glb file can hold; use larger voxels");
-  }
-  std::ostringstream stream;
-  tinygltf::TinyGLTF writer;
-  if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) throw Error("the scene cannot be encoded as glTF");
-  return stream.str();
+  std::string bytes;
+  PieceWriter out([&](std::string_view piece) { bytes.append(piece); });
+  put_glb(mesh, labels, up, out);
+  return bytes;
 }
 
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const LabelSet& labels, const std::optional<Vec3d>& up) {
-  std::string bytes;
+  PartialFile file(path);
+  PieceWriter out([&](std::string_view piece) { file.append(piece); });
   try {
-    bytes = glb_bytes(mesh, labels, up);
+    put_glb(mesh, labels, up, out);
+  } catch (const FileError&) {
+    throw;
   } catch (const Error& e) {
     throw Error(fmt::format("cannot write {}: {}", path.string(), e.what()));
   }
-  write_file(path, bytes);
+  file.commit();
 }
 
 }  // namespace panoptic

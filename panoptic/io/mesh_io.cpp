@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/piece_writer.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
@@ -67,19 +68,12 @@ std::string header_text(const Mesh& mesh) {
   return text;
 }
 
-template <typename T>
-char* put(char* out, T value) {
-  static_assert(std::is_arithmetic_v<T>);
-  std::memcpy(out, &value, sizeof(T));
-  return out + sizeof(T);
-}
-
-char* put(char* out, const MeshVertex& vertex) {
-  for (int i = 0; i < 3; ++i) out = put(out, vertex.position[i]);
-  for (int i = 0; i < 3; ++i) out = put(out, vertex.normal[i]);
-  for (const std::uint8_t channel : {vertex.color.r, vertex.color.g, vertex.color.b}) out = put(out, channel);
-  out = put(out, number(vertex.class_id));
-  return put(out, number(vertex.panoptic_id));
+void put(const MeshVertex& vertex, PieceWriter& out) {
+  for (int i = 0; i < 3; ++i) out.put(vertex.position[i]);
+  for (int i = 0; i < 3; ++i) out.put(vertex.normal[i]);
+  for (const std::uint8_t channel : {vertex.color.r, vertex.color.g, vertex.color.b}) out.put(channel);
+  out.put(number(vertex.class_id));
+  out.put(number(vertex.panoptic_id));
 }
 
 template <typename T>
@@ -211,16 +205,16 @@ void write_ply(const std::filesystem::path& path, const Mesh& mesh) {
     throw Error(fmt::format("cannot write {}: {} vertices, more than PLY faces can name; use larger voxels", path.string(),
                             mesh.vertices.size()));
   }
-  std::string bytes = header_text(mesh);
-  const std::size_t header_bytes = bytes.size();
-  bytes.resize(header_bytes + mesh.vertices.size() * kVertexBytes + mesh.triangles.size() * kFaceBytes);
-  char* out = bytes.data() + header_bytes;
-  for (const MeshVertex& vertex : mesh.vertices) out = put(out, vertex);
+  PartialFile file(path);
+  PieceWriter out([&](std::string_view piece) { file.append(piece); });
+  out.put_bytes(header_text(mesh));
+  for (const MeshVertex& vertex : mesh.vertices) put(vertex, out);
   for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {
-    out = put(out, kCorners);
-    for (const std::uint32_t index : triangle) out = put(out, index);
+    out.put(kCorners);
+    for (const std::uint32_t index : triangle) out.put(index);
   }
-  write_file(path, bytes);
+  out.finish();
+  file.commit();
 }
 
 Mesh read_ply(const std::filesystem::path& path) {

@@ -8,16 +8,22 @@
 #include <cerrno>
 #include <utility>
 
+#include "panoptic/base/memory.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
 
-BlockPager::BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder)
-    : folder_(folder), limit_pages_(std::max(kFewestBytes, limit_bytes) / kPage), file_(os::open_without_name(folder)) {
+BlockPager::BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder, Bounds bounds)
+    : folder_(folder),
+      limit_bytes_(limit_bytes),
+      bounds_(bounds),
+      limit_pages_(std::max(kFewestBytes, limit_bytes) / kPage),
+      file_(os::open_without_name(folder)) {
   if (!file_.is_open()) {
     throw Error(fmt::format("map.memory_limit_mb needs a file in {}: {}; set map.swap_folder to a folder that can be written",
                             folder.string(), os::reason(errno)));
   }
+  measure();
 }
 
 BlockPager::~BlockPager() {
@@ -67,8 +73,32 @@ void BlockPager::add_chunk() {
   chunks_.push_back(chunk);
 }
 
+std::size_t BlockPager::rest_bytes() const {
+  const std::size_t all = resident_bytes();
+  return all - std::min(all, left_out_of_limit() + bytes_in_memory());
+}
+
+void BlockPager::measure() {
+  if (bounds_ == Bounds::kVoxels) return;
+  pages_since_measured_.store(0, std::memory_order_relaxed);
+  const std::size_t left = limit_bytes_ - std::min(limit_bytes_, rest_bytes() + kHeadroomBytes);
+  limit_pages_.store(std::max(kFewestBytes, left) / kPage, std::memory_order_relaxed);
+}
+
+std::size_t BlockPager::least_limit_bytes() const {
+  return rest_bytes() + kHeadroomBytes + std::max(kFewestBytes, bytes_in_memory());
+}
+
+void BlockPager::tick() {
+  now_.fetch_add(1, std::memory_order_relaxed);
+  measure();
+  if (pages_in_memory_.load(std::memory_order_relaxed) > limit_pages_.load(std::memory_order_relaxed)) make_room();
+}
+
 void BlockPager::came_in(std::size_t pages) {
-  if (pages_in_memory_.fetch_add(pages, std::memory_order_relaxed) + pages > limit_pages_) make_room();
+  if (pages_since_measured_.fetch_add(pages, std::memory_order_relaxed) + pages >= kMeasurePages) measure();
+  const std::size_t in_memory = pages_in_memory_.fetch_add(pages, std::memory_order_relaxed) + pages;
+  if (in_memory > limit_pages_.load(std::memory_order_relaxed)) make_room();
 }
 
 // A quarter at a time, so that it is seldom. Whoever comes meanwhile goes on: the limit is overstepped by a few blocks at most.
@@ -84,14 +114,15 @@ void BlockPager::make_room() {
     here.emplace_back(used_at, slot);
   }
   std::sort(here.begin(), here.end());
-  const std::size_t keep = limit_pages_ - limit_pages_ / 4;
+  const std::size_t limit = limit_pages_.load(std::memory_order_relaxed);
+  const std::size_t keep = limit - limit / 4;
   for (const auto& [used_at, slot] : here) {
     if (pages <= keep) break;
     pages -= block_at(slot).pages.load(std::memory_order_relaxed);
     give_back(block_at(slot));
   }
   pages_in_memory_.store(pages, std::memory_order_relaxed);
-  tick();
+  now_.fetch_add(1, std::memory_order_relaxed);
 }
 
 // Pages of a shared mapping lose nothing by it: what was written is in the file's pages, which the system writes out in its time.

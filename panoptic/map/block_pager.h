@@ -24,14 +24,24 @@ namespace panoptic {
 
 class BlockPager {
  public:
-  // A file without a name in `folder`: it vanishes with the process, however that ends. About `limit_bytes` of voxels stay in
-  // memory, and no fewer than kFewestBytes. Throws Error if there can be no such file.
-  BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder);
+  // The limit bounds the voxels in memory, or all that the process has there but its networks. Of a process the rest is
+  // measured again and again, and voxels get what it leaves.
+  enum class Bounds { kVoxels, kProcess };
+
+  // A file without a name in `folder`: it vanishes with the process, however that ends. No fewer than kFewestBytes of voxels
+  // stay in memory, whatever the limit is. Throws Error if there can be no such file.
+  BlockPager(std::size_t limit_bytes, const std::filesystem::path& folder, Bounds bounds = Bounds::kVoxels);
   ~BlockPager();
   BlockPager(const BlockPager&) = delete;
   BlockPager& operator=(const BlockPager&) = delete;
 
   static constexpr std::size_t kFewestBytes = 6 << 20;
+  // Kept free in a process for what the next stage takes before it is measured: a tile of the regularizer, say.
+  static constexpr std::size_t kHeadroomBytes = 32 << 20;
+
+  std::size_t limit_bytes() const { return limit_bytes_; }
+  // The least limit under which the process could be as it is now, with all voxels that it has in memory.
+  std::size_t least_limit_bytes() const;
 
   // The memory for the voxels of the next block. Disk space for all of them is taken at once: a full disk is an Error here, and
   // hardly ever later.
@@ -46,7 +56,7 @@ class BlockPager {
   }
 
   // Ends a moment: blocks that are touched from now on count as used later than those touched before.
-  void tick() { now_.fetch_add(1, std::memory_order_relaxed); }
+  void tick();
 
   std::size_t bytes_in_memory() const { return pages_in_memory_.load(std::memory_order_relaxed) * kPage; }
   std::uint64_t blocks_given_back() const { return given_back_.load(std::memory_order_relaxed); }
@@ -58,7 +68,8 @@ class BlockPager {
   static constexpr std::size_t kRegionPages = 32;
   static constexpr std::size_t kChunkRegions = 256;
   static constexpr std::size_t kChunkBlocks = 256;
-  static constexpr std::uint32_t kAway = 0;  // in the file alone, as far as touch was told
+  static constexpr std::size_t kMeasurePages = 128;  // come in between two measurements at most
+  static constexpr std::uint32_t kAway = 0;          // in the file alone, as far as touch was told
 
   struct Block {
     std::atomic<std::uint32_t> used_at{kAway};
@@ -73,11 +84,15 @@ class BlockPager {
   std::byte* next_region();
   void add_chunk();
   void came_in(std::size_t pages);
+  std::size_t rest_bytes() const;  // of the process
+  void measure();
   void make_room();
   void give_back(Block& block);
 
   std::filesystem::path folder_;
-  std::size_t limit_pages_;
+  std::size_t limit_bytes_;
+  Bounds bounds_;
+  std::atomic<std::size_t> limit_pages_;  // of voxels
   os::File file_;
   std::size_t count_ = 0;
   std::vector<std::unique_ptr<BlockChunk>> blocks_;
@@ -87,6 +102,7 @@ class BlockPager {
   std::size_t regions_beyond_ = 0;  // of them those that are not the first of their block
   std::atomic<std::uint32_t> now_{1};
   std::atomic<std::size_t> pages_in_memory_{0};
+  std::atomic<std::size_t> pages_since_measured_{0};
   std::atomic<std::uint64_t> given_back_{0};
   std::mutex making_room_;
 };

@@ -44,7 +44,8 @@ std::unique_ptr<BlockPager> pager_for(const MapOptions& options) {
   if (options.memory_limit_mb == 0) return nullptr;
   return std::make_unique<BlockPager>(
       static_cast<std::size_t>(options.memory_limit_mb) * kMegabyte,
-      options.swap_folder.empty() ? std::filesystem::temp_directory_path() : std::filesystem::path(options.swap_folder));
+      options.swap_folder.empty() ? std::filesystem::temp_directory_path() : std::filesystem::path(options.swap_folder),
+      BlockPager::Bounds::kProcess);
 }
 
 }  // namespace
@@ -60,7 +61,7 @@ Fields grid_fields(MapOptions& o) {
 Fields fields(MapOptions& o) {
   Fields all = grid_fields(o);
   all.push_back({"memory_limit_mb", &o.memory_limit_mb,
-                 "megabytes of voxels to keep in memory, the rest lies in a file until it is needed; 0: no limit",
+                 "megabytes of memory for all but networks; voxels beyond lie in a file until they are needed; 0: no limit",
                  in_range(0, 1e6)});
   all.push_back({"swap_folder", &o.swap_folder, "where that file lies; empty: the output folder", {}});
   return all;

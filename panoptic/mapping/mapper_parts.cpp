@@ -2,12 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/mapping/mapper_parts.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
+#include "panoptic/base/memory.h"
+#include "panoptic/error.h"
 #include "panoptic/fusion/reference_labels.h"
+#include "panoptic/map/block_pager.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/objects/object_views.h"
 #include "panoptic/profile.h"
+#include "panoptic/surface.h"
 
 namespace panoptic {
 
@@ -119,7 +125,17 @@ Association MapperParts::track(const FrameToLabel& to_label, StageTimer& timer) 
   return {labels, tracker_.segment_ids(), tracker_.segment_areas_px()};
 }
 
+// Throws Error if the first frame, which has just been integrated, takes more than the limit allows: so would every other.
+void MapperParts::check_memory() const {
+  constexpr std::size_t kStep = 10'000'000;
+  const BlockPager* pager = map_.voxels.pager();
+  if (pager == nullptr || frames_.used() > 0 || pager->limit_bytes() >= pager->least_limit_bytes()) return;
+  throw Error(fmt::format("map.memory_limit_mb = {}, but already the first frame takes more; set it to {} at least, or 0",
+                          pager->limit_bytes() / 1'000'000, (pager->least_limit_bytes() + kStep / 2 + kStep - 1) / kStep * 10));
+}
+
 void MapperParts::count_frame(const Frame& frame) {
+  check_memory();
   up_sum_ -= frame.world_from_camera.linear().col(1);
   last_frame_ = frame.index;
   frames_.count_used({frame.time_s, frame.world_from_camera});
@@ -152,6 +168,7 @@ void MapperParts::run_due_tasks(Counted counted) {
   for (const Task& task : tasks_) {
     if (task.counted != counted || count % task.every != 0) continue;
     timed(task.stage, [&] { (this->*task.run)(); });
+    if (map_.voxels.pager() != nullptr) give_back_free_memory();  // to the voxels
   }
 }
 
@@ -178,9 +195,12 @@ void MapperParts::prune() {
 }
 
 void MapperParts::finish() {
+  give_back_free_memory();
   timed("maintain", [&] { maintenance_.finish(map_, regularizer_.votes(), so_far()); });
+  give_back_free_memory();
   regularize();
   forget_votes_without_voxels();
+  give_back_free_memory();
 }
 
 void MapperParts::forget_votes_without_voxels() {
@@ -200,6 +220,13 @@ Mesh MapperParts::mesh() {
     mesher_.update(map_);
     mesh = mesher_.assemble(map_);
   });
+  return mesh;
+}
+
+Mesh MapperParts::last_mesh() {
+  if (!mesher_.chunks().empty()) return mesh();
+  Mesh mesh;
+  timed("mesh", [&] { mesh = surface_of(map_, mesher_.options()); });
   return mesh;
 }
 

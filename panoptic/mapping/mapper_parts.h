@@ -65,6 +65,8 @@ class MapperParts {
   void regularize();
   void finish();
   Mesh mesh();
+  // The same for whoever will hardly ask again: it keeps nothing to make the next time faster, if nothing was kept before.
+  Mesh last_mesh();
   const PanopticMap& map() const { return map_; }
   const FrameStatistics& frames() const { return frames_; }
   std::uint64_t labelled() const { return labelled_; }
@@ -126,6 +128,7 @@ class MapperParts {
   Outcome count_refused(const Frame& frame, Outcome outcome);
   std::span<const LabelSlot> associate(const FrameToLabel& to_label, StageTimer& timer);
   Association track(const FrameToLabel& to_label, StageTimer& timer);
+  void check_memory() const;
   void count_frame(const Frame& frame);
   void count_labels(const Segmentation& segmentation);
   void note_covisible();

@@ -9,10 +9,12 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/memory.h"
 #include "panoptic/base/version.h"
 #include "panoptic/data/label_json.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/io/views.h"
+#include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/mesh.h"
 #include "panoptic/outputs.h"
@@ -237,13 +239,19 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
 }
 
 WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, const Options& options, const RunSummary& run) {
-  const Mesh mesh = mapper.mesh();
-  write_ply(folder / "mesh.ply", mesh);
-  write_json_file(folder / "objects.json", objects_json(mapper, mesh));
+  const Mesh mesh = mapper.parts().last_mesh();
+  const auto step = [](const auto& write) {
+    write();
+    give_back_free_memory();  // so that what one file took is not added to what the next one takes
+  };
+  step([&] { write_ply(folder / "mesh.ply", mesh); });
+  step([&] { write_json_file(folder / "objects.json", objects_json(mapper, mesh)); });
   write_file(folder / "options.toml", to_toml(options));
   write_file(folder / "trajectory.txt", trajectory_text(mapper.frames().trajectory()));
-  write_glb(folder / "scene.glb", mesh, mapper.map().labels, mapper.up());
-  run.pictures ? write_views(folder / "views", mesh, mapper.up(), mapper.map().labels) : remove_views(folder / "views");
+  step([&] { write_glb(folder / "scene.glb", mesh, mapper.map().labels, mapper.up()); });
+  step([&] {
+    run.pictures ? write_views(folder / "views", mesh, mapper.up(), mapper.map().labels) : remove_views(folder / "views");
+  });
   write_json_file(folder / "report.json", report_json(mapper, options, run, mesh));
   return {mesh.triangles.size(), labelled_vertices(mesh, mapper.map())};
 }

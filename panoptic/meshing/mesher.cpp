@@ -37,6 +37,28 @@ class ClassOfId {
   ClassId class_ = ClassId::kUnknown;
 };
 
+void set_classes(const PanopticMap& map, Mesh& mesh) {
+  ClassOfId class_of(map);
+  for (MeshVertex& v : mesh.vertices) v.class_id = class_of(v.panoptic_id);
+}
+
+// Blocks whose chunks are there at once.
+constexpr std::size_t kBlocksAtOnce = 256;
+
+// Room for the mesh of all blocks, if they are like those so far, and a tenth more. A mesh that has to move takes twice its
+// memory meanwhile.
+void expect_all(std::size_t blocks, std::size_t of_blocks, const std::vector<MeshChunk>& next, Welder& welder) {
+  std::size_t vertices = welder.vertices();
+  std::size_t triangles = welder.triangles();
+  for (const MeshChunk& chunk : next) {
+    vertices += chunk.vertices.size();
+    triangles += chunk.triangles.size();
+  }
+  const double all = 1.1 * static_cast<double>(of_blocks) / static_cast<double>(blocks);
+  const auto expected = [&](std::size_t count) { return static_cast<std::size_t>(all * static_cast<double>(count)); };
+  if (!welder.has_room(vertices, triangles)) welder.expect(expected(vertices), expected(triangles));
+}
+
 }  // namespace
 
 Fields fields(MesherOptions& o) {
@@ -65,15 +87,27 @@ Mesh Mesher::assemble(const PanopticMap& map) const {
   placed.reserve(chunks_.size());
   for (Slot slot = 0; slot < chunks_.size(); ++slot) placed.push_back({map.voxels.index_of(slot), chunks_[slot].get()});
   Mesh mesh = weld(placed);
-  ClassOfId class_of(map);
-  for (MeshVertex& v : mesh.vertices) v.class_id = class_of(v.panoptic_id);
+  set_classes(map, mesh);
   return mesh;
 }
 
+// In the order of the slots, as Mesher::assemble does it.
 Mesh surface_of(const PanopticMap& map, const MesherOptions& options) {
-  Mesher mesher(options);
-  mesher.update(map);
-  return mesher.assemble(map);
+  Welder welder;
+  const std::size_t blocks = map.voxels.block_count();
+  for (std::size_t first = 0; first < blocks; first += kBlocksAtOnce) {
+    std::vector<MeshChunk> chunks(std::min(kBlocksAtOnce, blocks - first));
+    parallel_for(chunks.size(), [&](std::size_t i) {
+      chunks[i] = extract_chunk(map.voxels, map.objects, static_cast<Slot>(first + i), options.min_weight);
+    });
+    expect_all(first + chunks.size(), blocks, chunks, welder);
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
+      welder.add({map.voxels.index_of(static_cast<Slot>(first + i)), &chunks[i]});
+    }
+  }
+  Mesh mesh = welder.take();
+  set_classes(map, mesh);
+  return mesh;
 }
 
 }  // namespace panoptic

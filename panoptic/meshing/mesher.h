@@ -48,6 +48,8 @@ class Mesher {
   // them now. REQUIRES an update since the map changed.
   Mesh assemble(const PanopticMap& map) const;
 
+  const MesherOptions& options() const { return options_; }
+
   // Chunks by slot, never null. A chunk is immutable and is replaced when its block changed, so whoever shares one may read it
   // for ever, on any thread, and chunks at the same address are the same chunk.
   const std::vector<std::shared_ptr<const MeshChunk>>& chunks() const { return chunks_; }

@@ -3,8 +3,7 @@
 #include "panoptic/meshing/weld.h"
 
 #include <limits>
-#include <unordered_map>
-#include <vector>
+#include <utility>
 
 namespace panoptic {
 
@@ -26,34 +25,44 @@ Vec3f unit_normal(const Vec3f& v) {
   return length > 0 && length < std::numeric_limits<float>::infinity() ? Vec3f(v / length) : Vec3f::UnitZ();
 }
 
-Mesh weld(std::span<const PlacedChunk> chunks) {
-  Mesh mesh;
-  std::size_t vertex_count = 0;
-  std::size_t triangle_count = 0;
-  for (const PlacedChunk& placed : chunks) {
-    vertex_count += placed.chunk->vertices.size();
-    triangle_count += placed.chunk->triangles.size();
-  }
-  mesh.vertices.reserve(vertex_count);
-  mesh.triangles.reserve(triangle_count);
-  std::unordered_map<GridEdge, std::uint32_t, GridEdgeHash> border;
-  std::vector<std::uint32_t> place;
-  for (const auto& [block, chunk] : chunks) {
-    place.clear();
-    for (const ChunkVertex& v : chunk->vertices) {
-      auto at = static_cast<std::uint32_t>(mesh.vertices.size());
-      if (on_border(v)) at = border.try_emplace(grid_edge(block, v), at).first->second;
-      place.push_back(at);
-      if (at < mesh.vertices.size()) {
-        mesh.vertices[at].normal += v.area_normal;
-      } else {
-        mesh.vertices.push_back({v.position, v.area_normal, v.color, ClassId::kUnknown, v.panoptic_id});
-      }
+void Welder::expect(std::size_t vertices, std::size_t triangles) {
+  mesh_.vertices.reserve(vertices);
+  mesh_.triangles.reserve(triangles);
+}
+
+void Welder::add(const PlacedChunk& placed) {
+  const auto& [block, chunk] = placed;
+  place_.clear();
+  for (const ChunkVertex& v : chunk->vertices) {
+    auto at = static_cast<std::uint32_t>(mesh_.vertices.size());
+    if (on_border(v)) at = border_.try_emplace(grid_edge(block, v), at).first->second;
+    place_.push_back(at);
+    if (at < mesh_.vertices.size()) {
+      mesh_.vertices[at].normal += v.area_normal;
+    } else {
+      mesh_.vertices.push_back({v.position, v.area_normal, v.color, ClassId::kUnknown, v.panoptic_id});
     }
-    for (const auto& t : chunk->triangles) mesh.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
   }
-  for (MeshVertex& v : mesh.vertices) v.normal = unit_normal(v.normal);
-  return mesh;
+  for (const auto& t : chunk->triangles) mesh_.triangles.push_back({place_[t[0]], place_[t[1]], place_[t[2]]});
+}
+
+Mesh Welder::take() {
+  for (MeshVertex& v : mesh_.vertices) v.normal = unit_normal(v.normal);
+  border_.clear();
+  return std::move(mesh_);
+}
+
+Mesh weld(std::span<const PlacedChunk> chunks) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const PlacedChunk& placed : chunks) {
+    vertices += placed.chunk->vertices.size();
+    triangles += placed.chunk->triangles.size();
+  }
+  Welder welder;
+  welder.expect(vertices, triangles);
+  for (const PlacedChunk& placed : chunks) welder.add(placed);
+  return welder.take();
 }
 
 }  // namespace panoptic

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
+#include <vector>
 
 #include "panoptic/map/block_key.h"
 #include "panoptic/meshing/mesher.h"
@@ -36,7 +38,27 @@ struct PlacedChunk {
   const MeshChunk* chunk = nullptr;
 };
 
-// The chunks as one mesh: no vertex twice, unit normals. It knows no classes; they are left unknown.
+// Puts chunks together one after the other, so that whoever makes them need not keep them.
+class Welder {
+ public:
+  // Takes room for a mesh of so many; more may come.
+  void expect(std::size_t vertices, std::size_t triangles);
+  void add(const PlacedChunk& placed);
+  bool has_room(std::size_t vertices, std::size_t triangles) const {
+    return vertices <= mesh_.vertices.capacity() && triangles <= mesh_.triangles.capacity();
+  }
+  std::size_t vertices() const { return mesh_.vertices.size(); }
+  std::size_t triangles() const { return mesh_.triangles.size(); }
+  // No vertex twice, unit normals. It knows no classes; they are left unknown. The welder is spent.
+  Mesh take();
+
+ private:
+  Mesh mesh_;
+  std::unordered_map<GridEdge, std::uint32_t, GridEdgeHash> border_;
+  std::vector<std::uint32_t> place_;  // of the vertices of a chunk
+};
+
+// All chunks as one mesh.
 Mesh weld(std::span<const PlacedChunk> chunks);
 
 }  // namespace panoptic

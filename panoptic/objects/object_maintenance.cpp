@@ -124,6 +124,7 @@ void ObjectMaintenance::finish(PanopticMap& map, FrameVotes& votes, const SoFar&
   name_unknown_regions(pass);
   name_others(pass);
   pass.surface.write_labels(map.voxels, votes);
+  surface_ = SurfaceVoxels();  // hardly ever is there another time
 }
 
 bool ObjectMaintenance::are_apart(const Object& a, const Object& b) const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "panoptic/base/config.h"
+#include "panoptic/base/memory.h"
 #include "panoptic/error.h"
 #include "panoptic/predict/network_stage.h"
 
@@ -16,6 +17,7 @@ namespace {
 
 std::unique_ptr<NetworkStage> load_stage(const std::string& description, std::string_view task, const NetworkOptions& options,
                                          const LabelSet& labels) {
+  const LeftOutOfLimit network;
   Model model = load_model(description);
   if (options.score_threshold) model.thresholds.score = static_cast<float>(*options.score_threshold);
   return std::make_unique<NetworkStage>(std::move(model), task, options, labels);

@@ -155,7 +155,7 @@ Operation FaultWorld::described(const std::string& name) const {
   if (name == "run") return {name, run_arguments(""), true, false};
   if (name == "run_paged") {
     std::vector<std::string> all = run_arguments("");
-    all.insert(all.end(), {"--no-pictures", "--set", "map.memory_limit_mb=5"});
+    all.insert(all.end(), {"--no-pictures", "--set", "map.memory_limit_mb=4000"});
     return {name, all, true, false};
   }
   if (name == "run_sens") {

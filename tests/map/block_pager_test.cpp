@@ -10,11 +10,13 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <deque>
 #include <fstream>
 #include <numeric>
 #include <random>
 
+#include "panoptic/base/memory.h"
 #include "panoptic/parallel.h"
 #include "panoptic/voxel_map.h"
 #include "tests/block_planes.h"
@@ -144,6 +146,54 @@ TEST(BlockPager, ThreadsLoseNothingWhileBlocksComeAndGo) {
     const BlockPlanes block = test::planes_of(map.block(slot));
     ASSERT_EQ(std::count(block.weight.begin(), block.weight.end(), 10.0F), kBlockVoxels) << slot;
   }
+}
+
+// Adds voxels of so many bytes, in blocks all of whose voxels are stored.
+void fill(BlockPager& pager, std::size_t bytes, std::deque<VoxelBlock>& blocks) {
+  for (std::size_t i = 0; i < bytes / sizeof(BlockPlanes); ++i) {
+    VoxelBlock& block = blocks.emplace_back(pager.add());
+    for (int n = 0; n < kBlockBricks; ++n) block.store(n, ~std::uint64_t{0});
+  }
+}
+
+TEST(BlockPager, VoxelsGetWhatTheRestOfTheProcessLeaves) {
+  constexpr std::size_t kVoxels = 60'000'000;
+  BlockPager pager(resident_bytes() + BlockPager::kHeadroomBytes + kVoxels, test::fresh_folder(), BlockPager::Bounds::kProcess);
+  std::deque<VoxelBlock> blocks;
+  fill(pager, kVoxels * 9 / 10, blocks);
+  EXPECT_EQ(pager.blocks_given_back(), 0U);
+  const std::vector<char> others(35'000'000, 1);
+  pager.tick();
+  EXPECT_LE(pager.bytes_in_memory(), kVoxels - others.size());
+  EXPECT_LE(resident_bytes(), pager.limit_bytes());
+  fill(pager, kVoxels, blocks);
+  EXPECT_LE(resident_bytes(), pager.limit_bytes());
+  EXPECT_GT(pager.bytes_in_memory(), BlockPager::kFewestBytes);
+}
+
+TEST(BlockPager, TheLeastLimitIsWhatTheProcessTakesAndSomeForTheNextStage) {
+  BlockPager pager(1, test::fresh_folder(), BlockPager::Bounds::kProcess);
+  const std::size_t least = pager.least_limit_bytes();
+  EXPECT_NEAR(static_cast<double>(least),
+              static_cast<double>(resident_bytes() + BlockPager::kHeadroomBytes + BlockPager::kFewestBytes), 2e6);
+  const std::vector<char> more(20'000'000, 1);
+  EXPECT_NEAR(static_cast<double>(pager.least_limit_bytes() - least), static_cast<double>(more.size()), 2e6);
+}
+
+// In a process of its own, because what is left out stays left out.
+TEST(BlockPager, MemoryOfNetworksIsLeftOutOfTheLimit) {
+  EXPECT_EXIT(
+      {
+        BlockPager pager(1, test::fresh_folder(), BlockPager::Bounds::kProcess);
+        const std::size_t before = pager.least_limit_bytes();
+        std::vector<char> network;
+        {
+          const LeftOutOfLimit loading;
+          network.assign(40'000'000, 1);
+        }
+        std::exit(pager.least_limit_bytes() < before + 4'000'000 && network[9] == 1 ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 TEST(BlockPager, LeavesNoFileBehind) {

@@ -13,7 +13,9 @@
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapper.h"
 #include "tests/expect_error.h"
+#include "tests/fresh_folder.h"
 #include "tests/mapping/ball_on_floor.h"
+#include "tests/mapping/least_limit.h"
 
 namespace panoptic {
 namespace {
@@ -23,6 +25,27 @@ using test::render;
 using test::small_camera;
 
 Frame good_frame() { return render(test::ball_on_floor(), small_camera(), test::look_at({2, -0.9, 0}, {0, 0, 0})); }
+
+TEST(Mapper, RefusesALimitBelowWhatTheFirstFrameTakesAndNamesTheLeast) {
+  Options options;
+  options.map.swap_folder = test::fresh_folder().string();
+  const Frame frame = good_frame();
+  const auto refusal_at = [&](int limit_mb) -> std::string {
+    options.map.memory_limit_mb = limit_mb;
+    Mapper mapper(options, test::test_labels());
+    try {
+      EXPECT_TRUE(mapper.add(frame, halves(small_camera())).used);
+    } catch (const Error& error) {
+      EXPECT_EQ(mapper.frames().used(), 0U);
+      return error.what();
+    }
+    return "";
+  };
+  const std::string refusal = refusal_at(3);
+  EXPECT_THAT(refusal, testing::ContainsRegex("map.memory_limit_mb = 3, .* set it to [0-9]+ at least, or 0$"));
+  EXPECT_EQ(refusal_at(test::least_limit_mb(refusal)), "");
+  EXPECT_NE(refusal_at(test::least_limit_mb(refusal) - 30), "");
+}
 
 TEST(Mapper, EveryKindOfBadFrameIsRejectedCountedAndLeavesTheMapAlone) {
   Mapper mapper({}, test::test_labels());

@@ -182,7 +182,7 @@ TEST(Resume, GoesOnFromTheLastCheckpointOfAProcessThatIsGone) {
 TEST(Resume, MayTakeLessMemoryThanTheRunBefore) {
   const auto path = fresh_folder() / "map.panoptic";
   RunIdentity frugal = identity();
-  frugal.options.map.memory_limit_mb = 8;
+  frugal.options.map.memory_limit_mb = 8;  // no map is refused for it once it has frames
   frugal.options.map.swap_folder = path.parent_path().string();
   map_until(13, path);
   Mapper mapper(frugal.options, test::test_labels());
