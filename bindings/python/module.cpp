@@ -31,5 +31,6 @@ PYBIND11_MODULE(_core, m) {
   bind_map(m);
   bind_mapper(m);
   bind_online(m);
+  bind_scores(m);
   bind_tools(m);
 }
