@@ -86,6 +86,7 @@ py::array array_of(const py::handle& object, const char* what) {
   try {
     return py::array(py::module_::import("numpy").attr("asarray")(object));
   } catch (py::error_already_set& e) {
+    if (!e.matches(PyExc_Exception)) throw;  // Ctrl-C
     throw Error(fmt::format("{} is no array: {}", what, std::string(py::str(e.value()))));
   }
 }

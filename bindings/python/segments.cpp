@@ -22,6 +22,7 @@ namespace panoptic::python {
 namespace {
 
 constexpr std::size_t kMaxSegments = 65000;  // their numbers have 16 bits
+constexpr double kRounding = 1e-3;           // of probabilities in 16 bits
 
 // A segment as the caller lists it, and the number that his image has for it, if he says.
 struct ListedSegment {
@@ -40,11 +41,24 @@ float score_from(const py::handle& object, const std::string& of) {
   return static_cast<float>(score);
 }
 
+std::int64_t id_from(const py::handle& object) {
+  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
+  const std::int64_t id = index ? PyLong_AsLongLong(index.ptr()) : -1;
+  if (PyErr_Occurred() == nullptr) return id;
+  PyErr_Clear();
+  throw Error(fmt::format("a segment has the id {}: it must be a whole number of 64 bits", std::string(py::repr(object))));
+}
+
 std::vector<ClassProbability> probabilities_from(const py::dict& by_class, const LabelSet* labels) {
   std::map<ClassId, float> sorted;
   for (const auto& [key, value] : by_class) sorted[class_from(key, labels)] = score_from(value, "a class of a segment");
   std::vector<ClassProbability> list;
-  for (const auto& [class_id, probability] : sorted) list.push_back({class_id, probability});
+  double sum = 0;
+  for (const auto& [class_id, probability] : sorted) {
+    list.push_back({class_id, probability});
+    sum += double{probability};
+  }
+  if (sum > 1 + kRounding) throw Error(fmt::format("the probabilities of a segment add up to {}: it must be at most 1", sum));
   return list;
 }
 
@@ -67,7 +81,7 @@ ListedSegment from_dict(const py::dict& dict, const LabelSet* labels) {
     } else if (name == "score") {
       listed.segment.score = score_from(value, "a segment");
     } else if (name == "id") {
-      listed.id = py::int_(py::reinterpret_borrow<py::object>(value)).cast<std::int64_t>();
+      listed.id = id_from(value);
     } else if (name == "probabilities") {
       listed.segment.class_probabilities = probabilities_from(py::dict(py::reinterpret_borrow<py::object>(value)), labels);
     } else if (name == "whole_class") {

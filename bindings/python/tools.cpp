@@ -120,7 +120,8 @@ py::dict merge(const fs::path& a, const fs::path& b, const fs::path& merged) {
 }
 
 void set_threads(int threads) {
-  if (threads < 0) throw Error("threads are 0, for one per core, or more");
+  constexpr int kMost = 1024;  // as for the program
+  if (threads < 0 || threads > kMost) throw Error(fmt::format("threads are 0, for one per core, up to {}", kMost));
   if (work_in_progress > 0) throw Error("the number of threads is set before work starts, and some is in progress");
   set_thread_count(threads);
   if (threads > 1 && thread_count() != threads) {
