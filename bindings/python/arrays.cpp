@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string>
 #include <utility>
 
@@ -58,29 +57,6 @@ py::array_t<double> numbers(const py::handle& object, const char* what) {
   return py::array_t<double, py::array::c_style | py::array::forcecast>(array);
 }
 
-template <typename T>
-void widen(const char* from, py::ssize_t stride, std::span<std::int64_t> to) {
-  T value;
-  for (std::size_t i = 0; i < to.size(); ++i) {
-    std::memcpy(&value, from + static_cast<py::ssize_t>(i) * stride, sizeof(T));  // wherever it lies
-    to[i] = static_cast<std::int64_t>(value);
-  }
-}
-
-auto widening_of(const py::dtype& type) {
-  const bool is_signed = type.kind() == 'i';
-  switch (type.itemsize()) {
-    case 1:
-      return is_signed ? widen<std::int8_t> : widen<std::uint8_t>;
-    case 2:
-      return is_signed ? widen<std::int16_t> : widen<std::uint16_t>;
-    case 4:
-      return is_signed ? widen<std::int32_t> : widen<std::uint32_t>;
-    default:
-      return is_signed ? widen<std::int64_t> : widen<std::uint64_t>;
-  }
-}
-
 Eigen::Matrix4d matrix_from(const py::handle& object, const char* what) {
   const py::array_t<double> array = numbers(object, what);
   if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4) {
@@ -110,6 +86,7 @@ py::array array_of(const py::handle& object, const char* what) {
   try {
     return py::array(py::module_::import("numpy").attr("asarray")(object));
   } catch (py::error_already_set& e) {
+    if (!e.matches(PyExc_Exception)) throw;  // Ctrl-C
     throw Error(fmt::format("{} is no array: {}", what, std::string(py::str(e.value()))));
   }
 }
@@ -130,13 +107,7 @@ SharedImage<float> depth_image(const py::handle& object, std::optional<double> d
     throw Error("depth is uint16: say how many of its units are a metre, for example depth_scale=1000");
   }
   const ImageView<std::uint16_t> raw = pixels_of<std::uint16_t>(array, "depth");
-  const auto metres_per_unit = static_cast<float>(1 / *depth_scale);
-  Image<float> depth(raw.width(), raw.height());
-  for (int v = 0; v < raw.height(); ++v) {
-    std::transform(raw.row(v), raw.row(v) + raw.width(), depth.row(v),
-                   [&](std::uint16_t value) { return static_cast<float>(value) * metres_per_unit; });
-  }
-  return SharedImage<float>(std::move(depth));
+  return SharedImage<float>(in_metres(raw, static_cast<float>(1 / *depth_scale)));
 }
 
 SharedImage<Rgb> color_image(const py::handle& object, Lent& lent) {
@@ -148,21 +119,23 @@ SharedImage<Rgb> color_image(const py::handle& object, Lent& lent) {
   return SharedImage<Rgb>(pixels_of<Rgb>(array, "color"));
 }
 
-WholeNumbers::WholeNumbers(const py::handle& object, const char* what) : array_(array_of(object, what)) {
-  const char kind = array_.dtype().kind();
-  if (array_.ndim() != 2 || (kind != 'i' && kind != 'u')) {
-    throw Error(fmt::format("{} is {}: it must hold whole numbers, along two axes (height, width)", what, text_of(array_)));
+LentNumbers whole_numbers(const py::handle& object, const char* what) {
+  py::array array = array_of(object, what);
+  const char kind = array.dtype().kind();
+  if (array.ndim() != 2 || (kind != 'i' && kind != 'u')) {
+    throw Error(fmt::format("{} is {}: it must hold whole numbers, along two axes (height, width)", what, text_of(array)));
   }
-  require_size(array_, what);
-  const bool is_native = array_.dtype().byteorder() == '=' || array_.dtype().byteorder() == '|';
-  if (!is_native) array_ = py::array_t<std::int64_t, py::array::forcecast>(array_);
-  widen_ = widening_of(array_.dtype());
-  row_.resize(static_cast<std::size_t>(width()));
-}
-
-std::span<const std::int64_t> WholeNumbers::row(int v) {
-  widen_(static_cast<const char*>(array_.data(v, 0)), array_.strides(1), row_);
-  return row_;
+  require_size(array, what);
+  const char order = array.dtype().byteorder();
+  if (order != '=' && order != '|') array = py::array_t<std::int64_t, py::array::forcecast>(array);
+  const WholeNumbers numbers{static_cast<const char*>(array.data()),
+                             array.strides(0),
+                             array.strides(1),
+                             static_cast<int>(array.shape(1)),
+                             static_cast<int>(array.shape(0)),
+                             static_cast<int>(array.itemsize()),
+                             array.dtype().kind() == 'i'};
+  return {std::move(array), numbers};
 }
 
 py::array_t<std::uint8_t> mask_stack(const py::handle& object, const char* what) {

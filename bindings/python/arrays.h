@@ -6,10 +6,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "bindings/python/bind.h"
+#include "bindings/python/pixels.h"
 #include "panoptic/geometry.h"
 #include "panoptic/image.h"
 
@@ -30,24 +30,12 @@ SharedImage<float> depth_image(const py::handle& object, std::optional<double> d
 // u8 (height, width, 3), red first; read where it lies. Throws Error.
 SharedImage<Rgb> color_image(const py::handle& object, Lent& lent);
 
-// An image of whole numbers of any type, read where it lies, row by row.
-class WholeNumbers {
- public:
-  WholeNumbers(const py::handle& object, const char* what);  // throws Error
-
-  int width() const { return static_cast<int>(array_.shape(1)); }
-  int height() const { return static_cast<int>(array_.shape(0)); }
-  const py::array& array() const { return array_; }
-  // A row as 64 bits, until the next call.
-  std::span<const std::int64_t> row(int v);
-
- private:
-  using Widen = void (*)(const char* from, py::ssize_t stride, std::span<std::int64_t> to);
-
-  py::array array_;
-  Widen widen_;
-  std::vector<std::int64_t> row_;
+// An image of whole numbers of any type, read where it lies as long as the array is kept.
+struct LentNumbers {
+  py::array array;
+  WholeNumbers numbers;
 };
+LentNumbers whole_numbers(const py::handle& object, const char* what);  // throws Error
 
 // bool or u8 as bytes, (count, height, width), one row after another. Throws Error.
 py::array_t<std::uint8_t> mask_stack(const py::handle& object, const char* what);

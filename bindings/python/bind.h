@@ -18,6 +18,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "panoptic/error.h"
 
@@ -35,7 +36,13 @@ void bind_mesh(py::module_& m);
 void bind_map(py::module_& m);
 void bind_mapper(py::module_& m);
 void bind_online(py::module_& m);
+void bind_scores(py::module_& m);
 void bind_tools(py::module_& m);
+
+// Lines that a person should read, as warnings of Python.
+inline void warn(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) py::module_::import("warnings").attr("warn")(line, py::arg("stacklevel") = 2);
+}
 
 // How many forks lie between the first process and this one.
 inline int generation = 0;
@@ -76,7 +83,8 @@ template <typename T>
 class WithThreads {
  public:
   WithThreads() = default;
-  explicit WithThreads(std::unique_ptr<T> object) : object_(std::move(object)) {}
+  explicit WithThreads(std::unique_ptr<T> object, bool has_threads = true)
+      : object_(std::move(object)), has_threads_(has_threads) {}
   ~WithThreads() {
     if (is_lost()) static_cast<void>(object_.release());
   }
@@ -85,7 +93,7 @@ class WithThreads {
   WithThreads(WithThreads&&) = default;
   WithThreads& operator=(WithThreads&&) = default;
 
-  bool is_lost() const { return made_in_ != generation; }
+  bool is_lost() const { return has_threads_ && made_in_ != generation; }
   // Throws Error in a child.
   T& operator*() const {
     if (is_lost()) throw Error("it was made in the parent of this process, where its threads are: make a new one here");
@@ -95,6 +103,7 @@ class WithThreads {
 
  private:
   std::unique_ptr<T> object_;
+  bool has_threads_ = true;
   int made_in_ = generation;
 };
 

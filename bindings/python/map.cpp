@@ -29,6 +29,7 @@ struct Block {
 
 std::shared_ptr<MapView> load(const std::filesystem::path& path) {
   auto [saved, frames] = released([&] { return std::pair(std::make_shared<SavedMap>(load_map(path)), load_frames(path)); });
+  if (const std::string note = note_of_format(*saved, path); !note.empty()) warn({note});
   Options options = options_of(*saved);
   options.map = saved->options;
   const PanopticMap& map = saved->map;

@@ -51,6 +51,11 @@ void save(const LabelledMesh& mesh, const std::filesystem::path& path, const py:
   }
 }
 
+void save_views(const LabelledMesh& mesh, const std::filesystem::path& folder, const py::object& up) {
+  const Vec3d upwards = point_from(up, "up");
+  released([&] { write_views(folder, mesh.mesh, upwards, mesh.labels); });
+}
+
 }  // namespace
 
 void bind_mesh(py::module_& m) {
@@ -76,6 +81,8 @@ The arrays are views of the mesh's memory, which they keep alive; they cannot be
       .def_property_readonly("labels", [](const LabelledMesh& mesh) { return mesh.labels; })
       .def("save", &save, py::arg("path"), py::arg("up") = py::none(),
            "Writes a .ply, or a .glb with one node per object; `up` (3,) turns a glb upright.")
+      .def("save_views", &save_views, py::arg("folder"), py::arg("up"),
+           "Writes pictures from the front, the side and the top: colours, classes and objects. `up` (3,), as Mapper.up.")
       .def("__repr__", [](const LabelledMesh& mesh) {
         return fmt::format("<Mesh of {} vertices and {} triangles>", mesh.mesh.vertices.size(), mesh.mesh.triangles.size());
       });

@@ -6,8 +6,34 @@
 
 #include <exception>
 #include <filesystem>
+#include <string>
 
 #include "bindings/python/bind.h"
+
+namespace panoptic::python {
+namespace {
+
+// pybind11 asks for memory when it is handed an object whose __init__ never ran, as Mapper.__new__(Mapper) gives one, and would
+// take what lies there for the object.
+void* refuse_unmade(std::size_t /*bytes*/) { throw Error("the object was not made: __init__ of its class was never called"); }
+
+void require_init(const py::module_& m) {
+  for (const auto& [name, value] : py::dict(m.attr("__dict__"))) {
+    if (!PyType_Check(value.ptr())) continue;
+    auto* type = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(value.ptr()));
+    if (type != nullptr) type->operator_new = &refuse_unmade;
+  }
+}
+
+// Names of files in a message may be bytes that are no UTF-8.
+void raise(const py::handle& type, const std::string& message) {
+  const auto text = py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(message.data(), static_cast<py::ssize_t>(message.size()), "backslashreplace"));
+  if (text) PyErr_SetObject(type.ptr(), text.ptr());
+}
+
+}  // namespace
+}  // namespace panoptic::python
 
 PYBIND11_MODULE(_core, m) {
   using namespace panoptic::python;
@@ -17,8 +43,10 @@ PYBIND11_MODULE(_core, m) {
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
+    } catch (const panoptic::Error& e) {
+      raise(error, e.what());
     } catch (const std::filesystem::filesystem_error& e) {
-      PyErr_SetString(error.ptr(), fmt::format("{}: {}", e.path1().string(), e.code().message()).c_str());
+      raise(error, fmt::format("{}: {}", e.path1().string(), e.code().message()));
     }
   });
   bind_labels(m);
@@ -31,5 +59,7 @@ PYBIND11_MODULE(_core, m) {
   bind_map(m);
   bind_mapper(m);
   bind_online(m);
+  bind_scores(m);
   bind_tools(m);
+  require_init(m);
 }

@@ -156,7 +156,10 @@ std::string message_of(const std::exception_ptr& failure) {
 
 py::dict PythonPipeline::finish() {
   const Use use(ending_, "another finish");
-  if (!ended_) end();
+  if (!ended_) {
+    end();
+    if (seeing_ != nullptr) warn(seeing_->take_warnings());
+  }
   if (report_.failure) {
     const auto* python = dynamic_cast<PythonPredictor*>(seeing_);
     py::object error = py::module_::import("panoptic").attr("Error")(message_of(report_.failure));
@@ -198,7 +201,15 @@ py::list objects(const Published& published) {
     entry["id"] = number(object.id);
     entry["class_id"] = number(object.class_id);
     entry["class_name"] = std::string(published.mesh->labels.name_of(object.class_id));
+    py::dict probabilities;
+    for (const ClassProbability& p : object.probabilities) {
+      probabilities[py::str(std::string(published.mesh->labels.name_of(p.class_id)))] = p.probability;
+    }
+    entry["probabilities"] = probabilities;
     entry["observations"] = object.observations;
+    entry["first_frame"] = object.first_frame;
+    entry["last_frame"] = object.last_frame;
+    entry["vertices"] = object.vertices;
     entry["min_m"] = vector_of(object.min_m.cast<double>());
     entry["max_m"] = vector_of(object.max_m.cast<double>());
     list.append(std::move(entry));
@@ -255,7 +266,9 @@ void bind_online(py::module_& m) {
       .def_property_readonly(
           "finished", [](const Published& p) { return p.map.finished; }, "No newer one will come.")
       .def_readonly("mesh", &Published::mesh)
-      .def_property_readonly("objects", &objects, "A dict for each object: id, class_id, class_name, observations, min_m, max_m.")
+      .def_property_readonly(
+          "objects", &objects,
+          R"(A dict for each object: id, class_id, class_name, probabilities, observations, first_frame, last_frame, vertices, min_m, max_m.)")
       .def_property_readonly("path", &path, "(N, 3) float32: where the camera was, metres.");
 
   py::class_<PythonPipeline> pipeline(m, "OnlinePipeline", R"(Maps while frames arrive, every stage on a thread of its own.

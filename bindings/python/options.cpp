@@ -21,6 +21,7 @@ void set(Options& options, const std::string& name, const py::handle& value) {
 
 // A group of options is a dict, or another one inside: map=dict(voxel_size_m=0.05).
 void set_all(Options& options, const std::string& prefix, const py::dict& values) {
+  const Level level;
   for (const auto& [key, value] : values) {
     const std::string name = prefix + std::string(py::str(key));
     if (py::isinstance<py::dict>(value)) {

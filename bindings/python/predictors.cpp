@@ -23,22 +23,30 @@ Segmentation predict(SharedPredictor& predictor, const Frame& frame) {
     throw Error("the predictor has no function predict(self, frame)");
   }
   const Use use(predictor.use);
-  return released([&] { return predictor.predict(frame); });
+  Segmentation seen = released([&] { return predictor.predict(frame); });
+  warn(predictor.take_warnings());
+  return seen;
 }
 
-std::shared_ptr<SharedPredictor> shared(std::unique_ptr<Predictor> predictor) {
-  return predictor != nullptr ? std::make_shared<LibraryPredictor>(std::move(predictor)) : nullptr;
+py::dict report(SharedPredictor& predictor) {
+  const Use use(predictor.use);
+  const PredictorReport report = predictor.report();
+  return py::dict(py::arg("notes") = report.notes, py::arg("trouble") = report.trouble);
+}
+
+std::shared_ptr<SharedPredictor> shared(std::unique_ptr<Predictor> predictor, bool has_threads) {
+  return predictor != nullptr ? std::make_shared<LibraryPredictor>(std::move(predictor), has_threads) : nullptr;
 }
 
 std::shared_ptr<SharedPredictor> from_options(const Options& options) {
-  return shared(released([&] { return make_predictor(options); }));
+  return shared(released([&] { return make_predictor(options); }), options.predictions.empty());
 }
 
 std::shared_ptr<SharedPredictor> from_files(const std::filesystem::path& path, const py::object& labels,
                                             bool keep_whole_classes) {
   std::optional<LabelSet> set;
   if (!labels.is_none()) set = labels_from(labels, "");
-  return shared(released([&] { return make_file_predictor(path, set, keep_whole_classes); }));
+  return shared(released([&] { return make_file_predictor(path, set, keep_whole_classes); }), false);
 }
 
 }  // namespace
@@ -71,7 +79,8 @@ size of frame.color, or None for a frame without a prediction. One call at a tim
            py::arg("labels") = "indoor")
       .def_property_readonly(
           "labels", [](const SharedPredictor& p) { return p.labels(); }, "The classes that segments refer to.")
-      .def("predict", &predict, py::arg("frame"));
+      .def("predict", &predict, py::arg("frame"))
+      .def("report", &report, "How predicting went: notes, a line each, and trouble, why it was of no use (empty if it was).");
 
   m.def("make_predictor", &from_options, py::arg("options"),
         R"(The predictor that the options name: a folder of predictions, else networks, else None.)");

@@ -4,7 +4,9 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "bindings/python/bind.h"
 #include "panoptic/predictor.h"
@@ -19,14 +21,19 @@ struct SharedPredictor : Predictor {
 // One of the library's.
 class LibraryPredictor : public SharedPredictor {
  public:
-  explicit LibraryPredictor(std::unique_ptr<Predictor> predictor) : predictor_(std::move(predictor)) {}
+  // Networks have threads; predictions on disk have none, and are read in a child of fork too.
+  LibraryPredictor(std::unique_ptr<Predictor> predictor, bool has_threads)
+      : labels_(predictor->labels()), predictor_(std::move(predictor), has_threads) {}
 
-  const LabelSet& labels() const override { return predictor_->labels(); }
+  const LabelSet& labels() const override { return labels_; }
   Segmentation predict(const Frame& frame) override { return predictor_->predict(frame); }
   std::optional<PredictorHalves> halves() override { return predictor_->halves(); }
+  std::vector<std::string> take_warnings() override { return predictor_->take_warnings(); }
+  PredictorReport report() const override { return predictor_->report(); }
 
  private:
-  std::unique_ptr<Predictor> predictor_;
+  LabelSet labels_;
+  WithThreads<Predictor> predictor_;
 };
 
 // A predictor that is written in Python. What its predict raises ends the work that called it with an Error, and is kept.

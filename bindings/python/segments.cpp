@@ -16,11 +16,13 @@
 
 #include "bindings/python/arrays.h"
 #include "bindings/python/labels.h"
+#include "bindings/python/pixels.h"
 
 namespace panoptic::python {
 namespace {
 
 constexpr std::size_t kMaxSegments = 65000;  // their numbers have 16 bits
+constexpr double kRounding = 1e-3;           // of probabilities in 16 bits
 
 // A segment as the caller lists it, and the number that his image has for it, if he says.
 struct ListedSegment {
@@ -39,11 +41,24 @@ float score_from(const py::handle& object, const std::string& of) {
   return static_cast<float>(score);
 }
 
+std::int64_t id_from(const py::handle& object) {
+  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
+  const std::int64_t id = index ? PyLong_AsLongLong(index.ptr()) : -1;
+  if (PyErr_Occurred() == nullptr) return id;
+  PyErr_Clear();
+  throw Error(fmt::format("a segment has the id {}: it must be a whole number of 64 bits", std::string(py::repr(object))));
+}
+
 std::vector<ClassProbability> probabilities_from(const py::dict& by_class, const LabelSet* labels) {
   std::map<ClassId, float> sorted;
   for (const auto& [key, value] : by_class) sorted[class_from(key, labels)] = score_from(value, "a class of a segment");
   std::vector<ClassProbability> list;
-  for (const auto& [class_id, probability] : sorted) list.push_back({class_id, probability});
+  double sum = 0;
+  for (const auto& [class_id, probability] : sorted) {
+    list.push_back({class_id, probability});
+    sum += double{probability};
+  }
+  if (sum > 1 + kRounding) throw Error(fmt::format("the probabilities of a segment add up to {}: it must be at most 1", sum));
   return list;
 }
 
@@ -66,7 +81,7 @@ ListedSegment from_dict(const py::dict& dict, const LabelSet* labels) {
     } else if (name == "score") {
       listed.segment.score = score_from(value, "a segment");
     } else if (name == "id") {
-      listed.id = py::int_(py::reinterpret_borrow<py::object>(value)).cast<std::int64_t>();
+      listed.id = id_from(value);
     } else if (name == "probabilities") {
       listed.segment.class_probabilities = probabilities_from(py::dict(py::reinterpret_borrow<py::object>(value)), labels);
     } else if (name == "whole_class") {
@@ -99,23 +114,6 @@ std::unordered_map<std::int64_t, std::uint16_t> numbers_of(const std::vector<Lis
   return numbers;
 }
 
-// The meaning of each number; 0 is unknown. Neighbours are mostly equal, so that few have to be looked up.
-template <typename T, typename Meaning>
-Image<T> translated(WholeNumbers& numbers, const Meaning& meaning) {
-  Image<T> image(numbers.width(), numbers.height());
-  std::int64_t last = 0;
-  T value{};
-  for (int v = 0; v < image.height(); ++v) {
-    T* out = image.row(v);
-    for (const std::int64_t id : numbers.row(v)) {
-      if (id != last) value = id == 0 ? T{} : meaning(id);
-      last = id;
-      *out++ = value;
-    }
-  }
-  return image;
-}
-
 Segmentation from_ids(const py::handle& ids, const py::sequence& segments, const LabelSet* labels) {
   std::vector<ListedSegment> listed;
   for (const py::handle segment : segments) listed.push_back(listed_from(segment, labels));
@@ -127,51 +125,19 @@ Segmentation from_ids(const py::handle& ids, const py::sequence& segments, const
     if (found == numbers.end()) throw Error(fmt::format("ids holds {}, and no segment has that number", id));
     return found->second;
   };
-  WholeNumbers pixels(ids, "ids");
-  Segmentation result{translated<std::uint16_t>(pixels, segment_of), {}};
+  const LentNumbers pixels = whole_numbers(ids, "ids");
+  Segmentation result{translated<std::uint16_t>(pixels.numbers, segment_of), {}};
   for (ListedSegment& one : listed) result.segments.push_back(std::move(one.segment));
   return result;
 }
 
-// The mask's pixels in their box. Throws Error if there are none.
-Instance instance_of(const std::uint8_t* mask, int width, int height, const std::string& name) {
-  int u0 = width, v0 = height, u1 = 0, v1 = 0;
-  for (int v = 0; v < height; ++v) {
-    const std::uint8_t* row = mask + static_cast<std::ptrdiff_t>(v) * width;
-    const std::uint8_t* first = std::find_if(row, row + width, [](std::uint8_t pixel) { return pixel != 0; });
-    if (first == row + width) continue;
-    const auto begin = static_cast<int>(first - row);
-    int last = width - 1;
-    while (last > begin && row[last] == 0) --last;
-    u0 = std::min(u0, begin);
-    u1 = std::max(u1, last + 1);
-    v0 = std::min(v0, v);
-    v1 = v + 1;
-  }
-  if (u1 == 0) throw Error(fmt::format("{} has no pixel: leave it out", name));
-  Instance instance{{}, u0, v0, Image<std::uint8_t>(u1 - u0, v1 - v0)};
-  for (int v = v0; v < v1; ++v) {
-    std::copy_n(mask + static_cast<std::ptrdiff_t>(v) * width + u0, u1 - u0, instance.mask.row(v - v0));
-  }
-  return instance;
-}
-
-void paint(const Instance& stuff, Image<ClassId>& semantic) {
-  for (int v = 0; v < stuff.mask.height(); ++v) {
-    for (int u = 0; u < stuff.mask.width(); ++u) {
-      ClassId& pixel = semantic(stuff.x0 + u, stuff.y0 + v);
-      if (stuff.mask(u, v) != 0 && pixel == ClassId::kUnknown) pixel = stuff.segment.class_id;
-    }
-  }
-}
-
 Image<ClassId> semantic_from(const py::object& object, int width, int height, const LabelSet& labels) {
   if (object.is_none()) return {width, height};
-  WholeNumbers classes(object, "semantic");
-  if (classes.width() != width || classes.height() != height) {
-    throw Error(fmt::format("semantic is {}, and the masks have {} rows of {} pixels", text_of(classes.array()), height, width));
+  const LentNumbers classes = whole_numbers(object, "semantic");
+  if (classes.numbers.width != width || classes.numbers.height != height) {
+    throw Error(fmt::format("semantic is {}, and the masks have {} rows of {} pixels", text_of(classes.array), height, width));
   }
-  return translated<ClassId>(classes, [&](std::int64_t id) { return class_numbered(id, &labels); });
+  return translated<ClassId>(classes.numbers, [&](std::int64_t id) { return number(class_numbered(id, &labels)); });
 }
 
 Segmentation from_masks(const py::object& masks, const py::sequence& classes, const LabelSet& labels, const py::object& scores,
@@ -188,7 +154,8 @@ Segmentation from_masks(const py::object& masks, const py::sequence& classes, co
   for (std::size_t i = 0; i < count; ++i) {
     const std::string name = fmt::format("mask {}", i);
     const std::uint8_t* mask = stack.data() + i * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    Instance instance = instance_of(mask, width, height, name);
+    Instance instance = cut_out({mask, width, height});
+    if (instance.mask.empty()) throw Error(fmt::format("{} has no pixel: leave it out", name));
     instance.segment.class_id = class_from(py::object(classes[i]), &labels);
     if (!scores.is_none()) instance.segment.score = score_from(py::object(scores[py::int_(i)]), name);
     if (labels.is_thing(instance.segment.class_id)) {
@@ -213,8 +180,8 @@ Segmentation from_panoptic(const py::object& image, const LabelSet& labels, std:
     segments.push_back({class_id, 1.0F, {}, labels.is_thing(class_id) && value % divisor == 0});
     return segment = static_cast<std::uint16_t>(segments.size());
   };
-  WholeNumbers pixels(image, "the panoptic image");
-  Image<std::uint16_t> segment_at = translated<std::uint16_t>(pixels, segment_of);
+  const LentNumbers pixels = whole_numbers(image, "the panoptic image");
+  Image<std::uint16_t> segment_at = translated<std::uint16_t>(pixels.numbers, segment_of);
   return {std::move(segment_at), std::move(segments)};
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "bindings/python/arrays.h"
 #include "bindings/python/bind.h"
 #include "panoptic/simulation.h"
 
@@ -47,18 +48,35 @@ class Frames {
   std::vector<std::pair<std::int64_t, std::string>> skipped_;
 };
 
-std::shared_ptr<Frame> read(const Dataset& dataset, std::int64_t position) {
+std::size_t position_in(const Dataset& dataset, std::int64_t position) {
   const auto size = static_cast<std::int64_t>(dataset.size());
   if (position < 0) position += size;
   if (position < 0 || position >= size) throw py::index_error(fmt::format("there are {} frames", size));
-  ReadResult result = released([&] { return dataset.read(static_cast<std::size_t>(position)); });
+  return static_cast<std::size_t>(position);
+}
+
+std::shared_ptr<Frame> read(const Dataset& dataset, std::int64_t position) {
+  const std::size_t at = position_in(dataset, position);
+  ReadResult result = released([&] { return dataset.read(at); });
   if (!result.frame) throw Error(fmt::format("frame {}: {}", result.skipped.index, result.skipped.reason));
   return std::make_shared<Frame>(kept(std::move(*result.frame)));
 }
 
-std::shared_ptr<Dataset> open(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& calibration) {
-  return released(
-      [&] { return std::shared_ptr<Dataset>(open_dataset(recording.string(), calibration.value_or(std::filesystem::path()))); });
+py::object pose(const Dataset& dataset, std::int64_t position) {
+  const std::optional<Pose> known = dataset.pose(position_in(dataset, position));
+  return known ? py::object(matrix_of(*known)) : py::none();
+}
+
+py::dict notes(const Dataset& dataset) {
+  const RecordingNotes notes = dataset.notes();
+  return py::dict(py::arg("assumed") = notes.assumed, py::arg("left_out") = notes.left_out,
+                  py::arg("depth_scale") = notes.depth_scale);
+}
+
+std::shared_ptr<Dataset> open(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& calibration,
+                              std::optional<double> pair_tolerance_s) {
+  const std::filesystem::path camera = calibration.value_or(std::filesystem::path());
+  return released([&] { return std::shared_ptr<Dataset>(open_dataset(recording.string(), camera, pair_tolerance_s)); });
 }
 
 }  // namespace
@@ -77,6 +95,11 @@ A frame that cannot be used is left out when iterating, and listed in frames().s
       .def_property_readonly("description", &Dataset::description)
       .def("__len__", &Dataset::size)
       .def("__getitem__", &read, py::arg("position"))
+      .def("pose", &pose, py::arg("position"),
+           "(4, 4) float64 world_from_camera without decoding the images; None where it cannot be used.")
+      .def_property_readonly(
+          "notes", &notes,
+          R"(What no file says and was assumed, files that were left out, and depth_scale: raw / depth_scale = metres, 0 = not known.)")
       .def("__iter__", [](std::shared_ptr<Dataset> d) { return std::make_shared<Frames>(std::move(d), FrameRange{}); })
       .def(
           "frames",
@@ -87,8 +110,10 @@ A frame that cannot be used is left out when iterating, and listed in frames().s
       .def("__repr__", [](const Dataset& d) { return fmt::format("<Dataset {}>", d.description()); });
 
   m.def(
-      "open_dataset", &open, py::arg("path"), py::arg("calibration") = py::none(),
-      R"(Opens a recording (ScanNet, 7-Scenes, TUM RGB-D, Replica, plain folders), or a simulated home: open_dataset("sim:7,rooms=2").)");
+      "open_dataset", &open, py::arg("path"), py::arg("calibration") = py::none(), py::arg("pair_tolerance_s") = py::none(),
+      R"(Opens a recording (ScanNet, 7-Scenes, TUM RGB-D, Replica, plain folders), or a simulated home: open_dataset("sim:7,rooms=2").
+
+calibration: a TOML file that overrides what the recording says. pair_tolerance_s: how far the stamps of a pair of images may differ.)");
 }
 
 }  // namespace panoptic::python

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scores, simulated homes, two maps of one place, and the evidence of a run on disk.
+// Simulated homes, two maps of one place, and the evidence of a run on disk.
 #include <fmt/format.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -14,48 +14,17 @@
 #include <vector>
 
 #include "bindings/python/arrays.h"
-#include "bindings/python/map.h"
 #include "bindings/python/objects.h"
 #include "bindings/python/values.h"
-#include "panoptic/evaluation.h"
 #include "panoptic/evidence.h"
 #include "panoptic/map_pairs.h"
 #include "panoptic/parallel.h"
 #include "panoptic/simulation.h"
-#include "panoptic/surface.h"
 
 namespace panoptic::python {
 namespace {
 
 namespace fs = std::filesystem;
-
-py::object from_json(const std::string& text) { return py::module_::import("json").attr("loads")(text); }
-
-void warn(const std::vector<std::string>& lines) {
-  for (const std::string& line : lines) py::module_::import("warnings").attr("warn")(line, py::arg("stacklevel") = 2);
-}
-
-LabelledMap to_score(const MapView& view, std::vector<std::string>& warnings) {
-  const Use use(*view.use);
-  return released([&] { return labelled_map(view.map, surface_of(view.map, view.options.mesher), &warnings); });
-}
-
-py::object evaluate(const py::object& what, const fs::path& truth, const std::string& variant,
-                    const std::optional<fs::path>& category_map) {
-  std::vector<std::string> warnings;
-  const bool is_map = py::isinstance<MapView>(what);
-  std::optional<LabelledMap> map;
-  if (is_map) map = to_score(*what.cast<std::shared_ptr<MapView>>(), warnings);
-  const fs::path folder = is_map ? fs::path() : what.cast<fs::path>();
-  const std::string scores = released([&] {
-    if (!is_map) map = read_run_folder(folder, &warnings);
-    Evaluation evaluation(variant);
-    evaluation.add(*map, read_scan_truth(truth, category_map.value_or(fs::path()), &warnings));
-    return to_json_text(evaluation.scores());
-  });
-  warn(warnings);
-  return from_json(scores);
-}
 
 // Ctrl-C ends it, and leaves nothing.
 void make_home(const fs::path& folder, const py::object& progress, const py::kwargs& settings) {
@@ -126,7 +95,7 @@ py::object object_or_none(const std::optional<FoundObject>& object, const LabelS
   return object ? py::cast(named(*object, labels)) : py::none();
 }
 
-py::list diff(const fs::path& a, const fs::path& b) {
+py::dict diff(const fs::path& a, const fs::path& b) {
   const auto [before, after] = released([&] { return std::pair(load_map_with_frames(a), load_map_with_frames(b)); });
   const MapDiff found = released([&] { return diff_maps(before, after, a.string(), b.string()); });
   py::list changes;
@@ -139,7 +108,7 @@ py::list diff(const fs::path& a, const fs::path& b) {
     entry["moved_m"] = change.moved_m;
     changes.append(std::move(entry));
   }
-  return changes;
+  return py::dict(py::arg("changes") = changes, py::arg("unchanged") = found.unchanged, py::arg("too_small") = found.too_small);
 }
 
 py::dict merge(const fs::path& a, const fs::path& b, const fs::path& merged) {
@@ -151,18 +120,20 @@ py::dict merge(const fs::path& a, const fs::path& b, const fs::path& merged) {
 }
 
 void set_threads(int threads) {
-  if (threads < 0) throw Error("threads are 0, for one per core, or more");
+  constexpr int kMost = 1024;  // as for the program
+  if (threads < 0 || threads > kMost) throw Error(fmt::format("threads are 0, for one per core, up to {}", kMost));
   if (work_in_progress > 0) throw Error("the number of threads is set before work starts, and some is in progress");
   set_thread_count(threads);
+  if (threads > 1 && thread_count() != threads) {
+    throw Error(
+        "this process is a child of os.fork, whose parent had threads, and maps on one: start it with multiprocessing's "
+        "\"spawn\" for more");
+  }
 }
 
 }  // namespace
 
 void bind_tools(py::module_& m) {
-  m.def(
-      "evaluate", &evaluate, py::arg("map"), py::arg("truth"), py::kw_only(), py::arg("variant") = "pq-scannet20",
-      py::arg("category_map") = py::none(),
-      R"(Scores a Map, or the folder of a run, against an annotated scan in ScanNet's form: a dict as `panoptic eval --json` writes.)");
   m.def("simulate", &make_home, py::arg("folder"), py::arg("progress") = py::none(),
         R"(Writes a simulated home as a ScanNet scan with truth and predictions: simulate("home", seed=7, rooms=2, frames=300).
 
@@ -170,11 +141,14 @@ Settings by name: seed, rooms, frames, noise, predictions, jpeg_quality, truth_s
   m.def("explain", &explain, py::arg("folder"), py::arg("id"),
         "Why an object of a run on disk is what it is: a dict of votes, best views, boxes, mergers, and a text for people.");
   m.def("diff_maps", &diff, py::arg("before"), py::arg("after"),
-        R"(Changes between two map files of one place: a list of dicts with kind ("vanished", "appeared", "moved", "other_label",
-"not_seen_in_b", "not_seen_in_a"), before, after, empty_share and moved_m.)");
+        R"(What changed between two map files of one place: a dict.
+
+changes: a list of dicts with kind ("vanished", "appeared", "moved", "other_label", "not_seen_in_b", "not_seen_in_a"), before, after,
+empty_share and moved_m. unchanged: how many objects are at their place. too_small: how many are too small to say so.)");
   m.def("merge_maps", &merge, py::arg("a"), py::arg("b"), py::arg("merged"),
         "Makes one map file of two of the same place; returns counts.");
   m.def("set_threads", &set_threads, py::arg("threads"), "Threads that mapping may use; 0 = one per core. Before work starts.");
+  m.def("threads", &thread_count, "How many threads mapping uses.");
 }
 
 }  // namespace panoptic::python

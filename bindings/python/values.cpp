@@ -8,6 +8,7 @@ namespace panoptic::python {
 namespace {
 
 std::string list_text(const py::sequence& list, const std::string& name) {
+  const Level level;
   std::string text = "[";
   for (const py::handle element : list) text += (text.size() > 1 ? ", " : "") + toml_value(element, name);
   return text + "]";

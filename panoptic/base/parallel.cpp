@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <thread>
 
+#include "panoptic/error.h"
+
 #ifdef PANOPTIC_PARALLEL_TBB
+#include <pthread.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <memory>
+#include <mutex>
 #else
 #include <atomic>
 #include <exception>
@@ -44,16 +48,30 @@ struct Workers {
   tbb::task_arena arena;
 };
 
-std::unique_ptr<Workers>& workers() {
-  static std::unique_ptr<Workers> instance = std::make_unique<Workers>(thread_count());
-  return instance;
+std::unique_ptr<Workers> workers;
+std::once_flag begun;
+// True in a child of a process that had workers. They did not come along, and TBB, which does not know that, would wait for them
+// whenever it begins or ends anything: it is left alone for good.
+bool is_cut_off = false;
+
+void cut_off() {
+  is_cut_off = true;
+  configured_threads() = 1;
+  static_cast<void>(workers.release());
+}
+
+void begin() {
+  workers = std::make_unique<Workers>(thread_count());
+  if (pthread_atfork(nullptr, nullptr, &cut_off) != 0) throw Error("the system has no memory left to watch for forks");
 }
 
 }  // namespace
 
 void set_thread_count(int threads) {
+  if (is_cut_off) return;
   configured_threads() = threads > 0 ? threads : available_cores();
-  workers() = std::make_unique<Workers>(thread_count());
+  std::call_once(begun, begin);
+  workers = std::make_unique<Workers>(thread_count());
 }
 
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -61,7 +79,8 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
     for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
-  workers()->arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
+  std::call_once(begun, begin);
+  workers->arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
 }
 
 #else

@@ -16,17 +16,18 @@ constexpr std::size_t kMaxInstances = 64000;  // segment_at is 16 bits wide, and
 
 // Paints the mask over pixels that no instance has yet; returns whether it got any.
 bool paint(const Instance& instance, std::uint16_t value, Image<std::uint16_t>& segment_at) {
+  const std::int64_t begin = std::max<std::int64_t>(0, -std::int64_t{instance.x0});
+  const std::int64_t end = std::min<std::int64_t>(instance.mask.width(), std::int64_t{segment_at.width()} - instance.x0);
   bool any = false;
   for (int y = 0; y < instance.mask.height(); ++y) {
     const std::int64_t v = std::int64_t{instance.y0} + y;
-    if (v < 0 || v >= segment_at.height()) continue;
-    for (int x = 0; x < instance.mask.width(); ++x) {
-      const std::int64_t u = std::int64_t{instance.x0} + x;
-      if (u < 0 || u >= segment_at.width() || instance.mask(x, y) == 0) continue;
-      std::uint16_t& segment = segment_at(static_cast<int>(u), static_cast<int>(v));
-      if (segment != 0) continue;
-      segment = value;
-      any = true;
+    if (v < 0 || v >= segment_at.height() || begin >= end) continue;
+    const std::uint8_t* mask = instance.mask.row(y) + begin;
+    std::uint16_t* pixels = segment_at.row(static_cast<int>(v)) + (instance.x0 + begin);
+    for (std::int64_t x = 0; x < end - begin; ++x) {
+      const bool gets_it = mask[x] != 0 && pixels[x] == 0;
+      pixels[x] = gets_it ? value : pixels[x];
+      any |= gets_it;
     }
   }
   return any;
@@ -48,6 +49,13 @@ std::vector<std::size_t> front_to_back(const std::vector<Instance>& instances, b
   return order;
 }
 
+// By the number of a class: whether the pixels of that class that no instance has become a segment.
+std::vector<bool> classes_to_fill_with(const LabelSet& labels, bool keep_whole_classes) {
+  std::vector<bool> wanted(labels.first_thing(), false);
+  for (const LabelClass& c : labels.classes()) wanted[number(c.id)] = !c.is_thing || keep_whole_classes;
+  return wanted;
+}
+
 }  // namespace
 
 Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& instances, const LabelSet& labels,
@@ -60,10 +68,11 @@ Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& i
       result.segments.push_back(instances[i].segment);
     }
   }
-  std::vector<std::uint16_t> segment_of_class(labels.first_thing(), 0);
+  const std::vector<bool> wanted = classes_to_fill_with(labels, options.keep_whole_classes);
+  std::vector<std::uint16_t> segment_of_class(wanted.size(), 0);
   for (std::size_t i = 0; i < semantic.size(); ++i) {
     const ClassId id = semantic[i];
-    if (result.segment_at[i] != 0 || !(labels.is_stuff(id) || (options.keep_whole_classes && labels.is_thing(id)))) continue;
+    if (result.segment_at[i] != 0 || number(id) >= wanted.size() || !wanted[number(id)]) continue;
     std::uint16_t& segment = segment_of_class[number(id)];
     if (segment == 0) {
       result.segments.push_back({id, 1.0F, {}, labels.is_thing(id)});
@@ -77,9 +86,9 @@ Segmentation fuse(const Image<ClassId>& semantic, const std::vector<Instance>& i
 Outcome check(const Segmentation& segmentation, int width, int height) {
   if (segmentation.segment_at.empty()) return {};
   if (!segmentation.segment_at.same_size(width, height)) return Outcome::refused("segmentation and colour image differ in size");
-  const auto pixels = segmentation.segment_at.pixels();
-  const auto highest = std::max_element(pixels.begin(), pixels.end());
-  if (*highest > segmentation.segments.size()) return Outcome::refused("segmentation names a segment that does not exist");
+  std::uint16_t highest = 0;
+  for (const std::uint16_t segment : segmentation.segment_at.pixels()) highest = std::max(highest, segment);
+  if (highest > segmentation.segments.size()) return Outcome::refused("segmentation names a segment that does not exist");
   const auto sound = [](float value) { return std::isfinite(value) && value >= 0; };
   for (const Segment& segment : segmentation.segments) {
     const auto& probabilities = segment.class_probabilities;

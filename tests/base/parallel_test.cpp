@@ -3,6 +3,8 @@
 #include "panoptic/parallel.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -83,6 +85,26 @@ TEST(ThreadCount, OneKeepsTheWorkOnTheCallingThread) {
   parallel_for(100, [&](std::size_t) { threads.insert(std::this_thread::get_id()); });
   set_thread_count(0);
   EXPECT_EQ(threads, std::set<std::thread::id>{std::this_thread::get_id()});
+}
+
+// Workers do not come along into a child, and what waits for them waits for ever: the alarm ends it then.
+TEST(ThreadCount, AChildOfForkMaySetItAndWorkAndEnd) {
+  set_thread_count(4);
+  parallel_for(1000, [](std::size_t) { std::this_thread::yield(); });
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::alarm(20);
+    std::atomic<int> calls = 0;
+    for (const int threads : {2, 0, 1, 3}) {
+      set_thread_count(threads);
+      parallel_for(100, [&](std::size_t) { calls++; });
+    }
+    ::_exit(calls == 400 ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  set_thread_count(0);
 }
 
 }  // namespace

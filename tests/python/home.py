@@ -8,6 +8,7 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
+import unittest
 
 import numpy as np
 
@@ -46,6 +47,14 @@ def mapped():
         mapper.add(frame, predictor.predict(frame))
     mapper.finish()
     return mapper
+
+
+def shared(relative):
+    """A file or folder of the shared data; whoever calls is skipped without it, as the C++ tests are."""
+    path = pathlib.Path(os.environ.get("PANOPTIC_SHARED", SOURCE.parent / "shared")) / relative
+    if not path.exists():
+        raise unittest.SkipTest(f"needs {path}; set PANOPTIC_SHARED to its folder")
+    return path
 
 
 def run_program(*arguments):

@@ -8,7 +8,7 @@ import sys
 import time
 import unittest
 
-from home import home, scratch
+from home import SOURCE, home, scratch, shared
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -174,6 +174,61 @@ in_child(work)
 print(pipeline.finish()["used"])
 """)
         self.assertEqual(out.splitlines(), ["the child is through", "child: 0", "1"])
+
+    def test_workers_of_multiprocessing_map(self):
+        out = run("""
+import multiprocessing
+def work(i):
+    mapper = small_mapper()
+    for j in range(3):
+        mapper.add(segments=(ids_of(), ["wall", "chair"]), **arrays(j))
+    return mapper.map_hash()
+pf.set_threads(4)
+expected = work(0)
+def threads(count):
+    try:
+        pf.set_threads(count)
+        return pf.threads()
+    except pf.Error as error:
+        return str(error)
+stop = threading.Event()
+def map_meanwhile():
+    while not stop.is_set():
+        work(0)
+busy = threading.Thread(target=map_meanwhile)
+busy.start()
+with multiprocessing.get_context("fork").Pool(3) as pool:
+    assert set(pool.map_async(work, range(6)).get(timeout=30)) == {expected}
+    assert set(pool.map_async(threads, [0, 1]).get(timeout=30)) == {1}
+    (refused,) = pool.map_async(threads, [2]).get(timeout=30)
+    say(refused)
+    assert set(pool.map_async(work, range(6)).get(timeout=30)) == {expected}
+stop.set()
+busy.join()
+in_child(lambda: (pf.set_threads(0), work(0)))
+assert pf.threads() == 4 and work(0) == expected
+""")
+        self.assertRegex(out, "child of os.fork.*spawn")
+        self.assertEqual(out.splitlines()[1:], ["the child is through", "child: 0"])
+
+    def test_a_child_reads_predictions_and_may_not_use_networks_of_its_parent(self):
+        network = SOURCE / "configs/models/enet_scannet_nyu40.toml"
+        shared("models/enet_scannet_nyu40")
+        out = run(f"NETWORK = {str(network)!r}" + """
+files, frame = pf.file_predictor(HOME + "/predictions"), pf.open_dataset(HOME)[3]
+networks = pf.make_predictor(pf.Options(networks={"semantic": NETWORK}))
+expected = files.predict(frame), networks.predict(frame)
+def work():
+    assert files.predict(frame) == expected[0]
+    try:
+        networks.predict(frame)
+    except pf.Error as error:
+        say(error)
+in_child(work)
+assert networks.predict(frame) == expected[1]
+""")
+        self.assertRegex(out.splitlines()[0], "made in the parent of this process")
+        self.assertEqual(out.splitlines()[1:], ["the child is through", "child: 0"])
 
     def test_a_child_cannot_go_on_reading_where_its_parent_was(self):
         out = run("""

@@ -49,6 +49,59 @@ class Offline(unittest.TestCase):
         self.assertEqual(sorted(round(s.score, 3) for s in seen.segments), [0.6, 0.9, 1.0])
 
 
+class Numbers(unittest.TestCase):
+    """Id images of any type and layout mean what NumPy's look-up says."""
+
+    IDS = [1, 2, 17, 100]  # of four segments, as far as a type holds them
+
+    def expected(self, ids):
+        seen = np.zeros(ids.shape, np.uint16)
+        for place, number in enumerate(self.IDS):
+            seen[ids == number] = place + 1
+        return seen
+
+    def segmentation(self, ids, numbers):
+        return pf.Segmentation(ids, [{"class": 3, "id": int(n)} for n in numbers])
+
+    def test_ids_of_every_type_and_layout_are_looked_up(self):
+        random = np.random.default_rng(5)
+        for width in (1, 15, 16, 37, 64):
+            rough = random.choice([0, *self.IDS], (9, width))
+            smooth = np.repeat(rough[:, ::8], 8, axis=1)[:, :width]
+            for ids in (rough, smooth):
+                for kind in ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", ">i2", ">u4", ">i8"):
+                    image = ids.astype(kind)
+                    layouts = [image, np.asfortranarray(image), image[::-1, ::-1], np.repeat(image, 3, axis=1)[:, ::3],
+                               np.broadcast_to(image[:1], image.shape)]
+                    for given in layouts:
+                        seen = self.segmentation(given, self.IDS)
+                        np.testing.assert_array_equal(seen.ids, self.expected(given), f"{kind} {width} {given.strides}")
+
+    def test_numbers_far_apart_are_told_apart(self):
+        numbers = [-1, -(1 << 40), 5, 5 + 1024, 5 + 1024 * 7, 1024, 2048, (1 << 62) + 5]
+        ids = np.array(numbers * 5 + [0], np.int64)[None, :].repeat(3, axis=0)
+        seen = self.segmentation(ids, numbers)
+        np.testing.assert_array_equal(seen.ids[0], [1, 2, 3, 4, 5, 6, 7, 8] * 5 + [0])
+        for stranger in (6, 5 + 512, -2, 1 << 50):
+            ids[2, -1] = stranger
+            with self.assertRaisesRegex(pf.Error, f"ids holds {stranger}, and no segment"):
+                self.segmentation(ids, numbers)
+
+    def test_masks_are_what_their_pixels_say(self):
+        random = np.random.default_rng(6)
+        for _ in range(20):
+            masks = random.random((3, 11, 37)) < random.choice([0.03, 0.5])
+            masks[:, random.integers(11), random.integers(37)] = True
+            given = masks if random.random() < 0.5 else np.asfortranarray(masks.astype(np.uint8) * 7)
+            seen = pf.Segmentation.from_masks(given, ["chair", "cup", "wall"], LABELS)
+            expected = np.zeros((11, 37), int)
+            expected[masks[2]] = LABELS.id_of("wall")
+            order = sorted((0, 1), key=lambda i: masks[i].sum(), reverse=True)  # the smaller is in front; of two as large, the first
+            for i in order if masks[0].sum() != masks[1].sum() else (1, 0):
+                expected[masks[i]] = (3, 4)[i]
+            np.testing.assert_array_equal(np.array([0] + [s.class_id for s in seen.segments])[seen.ids], expected)
+
+
 class Online(unittest.TestCase):
     def run_online(self, predictor, count=40):
         mapper = small_mapper(online={"mesh_every_s": 0.05})

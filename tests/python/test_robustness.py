@@ -121,6 +121,9 @@ class WrongArrays(unittest.TestCase):
         self.refused("no segment has", segments=(np.full(ids.shape, -5), ["wall"]))
         self.refused("from 0 to 1", segments=(ids, [{"class": 1}, {"class": 3, "score": float("nan")}]))
         self.refused("from 0 to 1", segments=(ids, [{"class": 1}, {"class": 3, "score": 2}]))
+        for number in (1.5, "2", None, 1 << 70):
+            self.refused("whole number of 64 bits", segments=(ids, [{"class": 1, "id": 1}, {"class": 3, "id": number}]))
+        self.refused("add up to 1.1", segments=(ids, [1, {"class": 3, "probabilities": {"chair": 0.5, "cup": 0.6}}]))
         self.refused("the key 'clas'", segments=(ids, [{"clas": 1}, 3]))
         self.refused("two segments", segments=(ids, [{"class": 1, "id": 1}, {"class": 3, "id": 1}]))
         self.refused("some have none", segments=(ids, [{"class": 1, "id": 1}, 3]))
@@ -194,6 +197,29 @@ class Lifetimes(unittest.TestCase):
         self.assertEqual(len(view.hash()), 16)
         self.assertEqual(blocks[-1].weight.shape, (16, 16, 16))
         self.assertTrue(np.isfinite(vertices).all() and np.isfinite(distance).all())
+
+    def test_objects_that_were_never_made_are_refused(self):
+        for name in pf.__all__:
+            kind = getattr(pf, name)
+            if not isinstance(kind, type) or kind is pf.Error:
+                continue
+            unmade = kind.__new__(kind)
+            for part in vars(kind):
+                if part.startswith("__") and part not in ("__len__", "__bool__", "__repr__") or isinstance(vars(kind)[part], staticmethod):
+                    continue
+                with self.assertRaises((pf.Error, TypeError, RuntimeError), msg=f"{name}.{part}"):
+                    value = getattr(unmade, part)
+                    value()
+        with self.assertRaisesRegex(pf.Error, "was not made: __init__ of its class was never called"):
+            pf.Camera.__new__(pf.Camera).width
+
+    def test_ctrl_c_in_what_an_array_does_is_kept(self):
+        class Array:
+            def __array__(self, *_, **__):
+                raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            small_mapper().add(**turned(depth=Array()))
 
     def test_a_predictor_that_was_not_made_is_refused(self):
         class Careless(pf.Predictor):
@@ -291,6 +317,19 @@ class WrongNames(unittest.TestCase):
             self.assertNotIn("--set", str(caught.exception))
         with self.assertRaises(KeyError):
             pf.Options()["map.voxels"]
+        within_itself, list_in_itself = {}, []
+        within_itself["map"] = within_itself
+        list_in_itself.append(list_in_itself)
+        for wrong in (dict(map=within_itself), dict(networks={"semantic": list_in_itself})):
+            with self.assertRaises(RecursionError):
+                pf.Options(**wrong)
+        for threads in (-1, 1025):
+            with self.assertRaisesRegex(pf.Error, "1024"):
+                pf.set_threads(threads)
+
+    def test_a_name_that_is_no_text_is_told(self):
+        with self.assertRaisesRegex(pf.Error, r"a\\xffb"):
+            pf.open_dataset("a\udcffb")
 
     def test_files_that_are_none_are_refused(self):
         for use in (lambda: pf.load_map("nowhere.panoptic"), lambda: pf.open_dataset("nowhere"), lambda: pf.open_dataset("sim:x"),

@@ -71,6 +71,15 @@ class Queries(unittest.TestCase):
         self.assertEqual(json.loads((folder / "report.json").read_text())["map_hash"], mapped().map_hash())
 
 
+class Pictures(unittest.TestCase):
+    def test_a_mesh_is_drawn_from_three_sides(self):
+        mapped().mesh().save_views(scratch() / "views", mapped().up)
+        names = sorted(p.name for p in (scratch() / "views").iterdir())
+        self.assertEqual(len(names), 9, names)
+        with self.assertRaisesRegex(pf.Error, "up is"):
+            mapped().mesh().save_views(scratch() / "views", [0, 0])
+
+
 class Scores(unittest.TestCase):
     def test_a_map_scores_the_same_from_python_and_from_the_program(self):
         path = scratch() / "scored.panoptic"
@@ -85,6 +94,31 @@ class Scores(unittest.TestCase):
             self.assertEqual({k: scores[k] for k in ("miou", "ap50", "pq")}, {k: expected[k] for k in ("miou", "ap50", "pq")})
 
 
+    def test_scenes_add_up_and_the_truth_agrees_with_itself(self):
+        truth = pf.read_scan_truth(home())
+        self.assertEqual((truth.positions.shape[1], truth.triangles.shape[1]), (3, 3))
+        self.assertLess(truth.triangles.max(), len(truth.positions))
+        evaluation = pf.Evaluation()
+        for _ in range(2):
+            evaluation.add_labels(truth.class_id, truth.instance, truth)
+        scores = evaluation.scores()
+        self.assertEqual((scores["miou"], scores["pq"]["all"]), (1, 1))
+        self.assertIn("2 scenes", evaluation.table())
+        both, one = pf.Evaluation(), pf.evaluate(mapped().map, truth)
+        for given in (truth, home()):
+            both.add(mapped().map, given)
+        self.assertEqual(both.scores()["miou"], one["miou"], "twice the same scene")
+        self.assertLess(one["miou"], 1)
+        for class_id, instance, message in ((truth.class_id[:-1], truth.instance[:-1], "vert"),
+                                            (truth.class_id.astype(float), truth.instance, "whole number"),
+                                            (truth.class_id.astype(int) - 1000, truth.instance, "from 0 to"),
+                                            (truth.class_id[:, None], truth.instance, "whole number")):
+            with self.assertRaisesRegex(pf.Error, message):
+                evaluation.add_labels(class_id, instance, truth)
+        with self.assertRaisesRegex(pf.Error, "variant"):
+            pf.Evaluation("none")
+
+
 class TwoMaps(unittest.TestCase):
     def saved(self, name, rows):
         mapper = small_mapper()
@@ -96,7 +130,8 @@ class TwoMaps(unittest.TestCase):
 
     def test_a_map_is_as_it_was_and_merges_with_itself(self):
         a, b = self.saved("a.panoptic", 40), self.saved("b.panoptic", 40)
-        self.assertEqual([c for c in pf.diff_maps(a, b) if c["kind"] in ("vanished", "appeared", "moved")], [])
+        self.assertEqual([c for c in pf.diff_maps(a, b)["changes"] if c["kind"] in ("vanished", "appeared", "moved")], [])
+        self.assertGreater(pf.diff_maps(a, b)["unchanged"], 0)
         merged = scratch() / "merged.panoptic"
         counts = pf.merge_maps(a, b, merged)
         self.assertEqual(counts["same"], counts["objects_a"])
@@ -113,6 +148,30 @@ class Datasets(unittest.TestCase):
         self.assertEqual(dataset[-1].index, dataset[7].index)
         self.assertEqual(len(dataset.frames(":5")), 5)
         self.assertEqual(len(list(pf.progress(dataset.frames(":3")))), 3)
+
+    def test_poses_and_notes_are_known_without_decoding(self):
+        dataset = pf.open_dataset(home())
+        np.testing.assert_array_equal(dataset.pose(-1), dataset[7].pose)
+        self.assertEqual(dataset.notes["depth_scale"], 1000)
+        with self.assertRaises(IndexError):
+            dataset.pose(8)
+
+    def test_progress_is_shown_where_tqdm_is_and_silent_otherwise(self):
+        shown = []
+
+        class Bar(list):
+            def __init__(self, frames, **bar):
+                shown.append((len(frames), bar))
+                super().__init__(frames)
+
+        frames = pf.open_dataset(home()).frames(":2")
+        with mock.patch.dict(sys.modules, {"tqdm": mock.Mock(), "tqdm.auto": mock.Mock(tqdm=Bar)}):
+            self.assertEqual(len(list(pf.progress(frames, desc="map"))), 2)
+        self.assertEqual(shown, [(2, {"desc": "map"})])
+        printed = io.StringIO()
+        with mock.patch.dict(sys.modules, {"tqdm": None, "tqdm.auto": None}), contextlib.redirect_stderr(printed):
+            self.assertEqual(len(list(pf.progress([1, 2, 3], desc="map"))), 3)
+        self.assertEqual(printed.getvalue(), "")
 
     def test_a_simulation_is_stopped_by_what_progress_raises(self):
         def stop(done, frames):

@@ -11,13 +11,15 @@
 
 Lengths are in metres; camera axes x right, y down, z forward; poses are world_from_camera. docs/python.md has the whole story.
 """
-from ._core import (Block, Camera, Dataset, Error, Frame, Frames, LabelClass, LabelSet, Map, MapObject, Mapper, Mesh, OnlinePipeline,
-                    Options, Outcome, PointAnswer, Predictor, Segment, Segmentation, Snapshot, diff_maps, evaluate, explain,
-                    file_predictor, load_map, make_predictor, merge_maps, open_dataset, read_ply, set_threads, simulate)
+from ._core import (Block, Camera, Dataset, Error, Evaluation, Frame, Frames, LabelClass, LabelSet, Map, MapObject, Mapper, Mesh,
+                    OnlinePipeline, Options, Outcome, PointAnswer, Predictor, ScanTruth, Segment, Segmentation, Snapshot, diff_maps,
+                    evaluate, explain, file_predictor, load_map, make_predictor, merge_maps, open_dataset, read_ply,
+                    read_scan_truth, set_threads, simulate, threads)
 from ._evidence import crop, evidence_crops
 from ._progress import progress
 
-__all__ = ["Block", "Camera", "Dataset", "Error", "Frame", "Frames", "LabelClass", "LabelSet", "Map", "MapObject", "Mapper", "Mesh",
-           "OnlinePipeline", "Options", "Outcome", "PointAnswer", "Predictor", "Segment", "Segmentation", "Snapshot", "crop",
-           "diff_maps", "evaluate", "evidence_crops", "explain", "file_predictor", "load_map", "make_predictor", "merge_maps",
-           "open_dataset", "progress", "read_ply", "set_threads", "simulate"]
+__all__ = ["Block", "Camera", "Dataset", "Error", "Evaluation", "Frame", "Frames", "LabelClass", "LabelSet", "Map", "MapObject",
+           "Mapper", "Mesh", "OnlinePipeline", "Options", "Outcome", "PointAnswer", "Predictor", "ScanTruth", "Segment",
+           "Segmentation", "Snapshot", "crop", "diff_maps", "evaluate", "evidence_crops", "explain", "file_predictor", "load_map",
+           "make_predictor", "merge_maps", "open_dataset", "progress", "read_ply", "read_scan_truth", "set_threads", "simulate",
+           "threads"]

@@ -2,12 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an object looked like in the frames that say most about it."""
 import json
+import os
 import pathlib
+from typing import Any, Dict, List, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 
 
-def crop(frame, box, margin=0.25):
+def crop(frame: _core.Frame, box: Tuple[int, int, int, int], margin: float = 0.25) -> NDArray[np.uint8]:
     """The part of frame.color around a box (u0, v0, u1, v1) in pixels, wider by `margin` of its size: (h, w, 3) uint8, a view."""
     u0, v0, u1, v1 = box
     if u0 >= u1 or v0 >= v1:
@@ -19,7 +24,7 @@ def crop(frame, box, margin=0.25):
     return part
 
 
-def _find(dataset, number):
+def _find(dataset: _core.Dataset, number: int) -> _core.Frame:
     """The frame with that number; numbers ascend with positions, and positions that cannot be read tell theirs to nobody."""
     low, high = 0, len(dataset)
     while low < high:
@@ -41,7 +46,8 @@ def _find(dataset, number):
     raise _core.Error(f"frame {number} is not in the recording any more, or cannot be read")
 
 
-def evidence_crops(folder, id, margin=0.25):
+def evidence_crops(folder: Union[str, "os.PathLike[str]"], id: int,
+                   margin: float = 0.25) -> List[Tuple[Dict[str, Any], NDArray[np.uint8]]]:
     """Crops of an object's best views, from a run's folder and its recording: a list of (view, (h, w, 3) uint8), the best first."""
     folder = pathlib.Path(folder)
     evidence = _core.explain(folder, id)
