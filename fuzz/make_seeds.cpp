@@ -159,6 +159,7 @@ void mesh_seeds(Seeds& seeds, const Scratch& scratch) {
  "box": {"min_m": [0, 0, 0.1], "max_m": [0.01, 0.01, 0.1]}, "oriented_box": {"size_m": [0.01, 0.01, 0]}, "surface_area_m2": 0.0001}]})";
   seeds.put("results", "run", {report, objects, "# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n", ply}, 0);
   seeds.put("results", "semantic", {"1\n2\n3\n4\n"}, 1);
+  seeds.put("results", "panoptic", {"1001\n2002\n3000\n0\n"}, 1);
   seeds.put("results", "instances", {"0.txt 5 0.75\n1.txt 7 1\n", "0\n1\n1\n0\n", "1\n0\n0\n0\n"}, 1);
   ScanTruth scan;
   scan.scene = "s";

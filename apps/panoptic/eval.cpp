@@ -11,6 +11,7 @@
 #include "apps/panoptic/map_result.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
+#include "panoptic/error.h"
 #include "panoptic/eval/id_space.h"
 #include "panoptic/eval/labelled_vertices.h"
 #include "panoptic/eval/scores_text.h"
@@ -29,15 +30,16 @@ void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) tell(fmt::format("warning: {}\n", warning));
 }
 
-void evaluate_run(const Arguments& a, Evaluation& evaluation) {
+// Returns why the scores say nothing, if that is so.
+std::string evaluate_run(const Arguments& a, Evaluation& evaluation) {
   std::vector<std::string> warnings;
   const bool is_file = is_map_file(a.evaluated);
   const LabelledMap map = is_file ? map_to_score(a.evaluated, warnings) : read_run_folder(a.evaluated, &warnings);
   const ScanTruth truth = read_scan_truth(a.truth, a.category_map, &warnings);
-  if (const std::string notice = place_notice(map, truth); !notice.empty()) warnings.push_back(notice);
   print_warnings(warnings);
   const LabelledVertices prediction = evaluation.add(map, truth);
   if (!a.submission.empty()) write_submission(a.submission, truth.scene, prediction, labels_of(truth));
+  return place_notice(map, truth);
 }
 
 SubmissionForm form_of(const std::string& name) {
@@ -69,6 +71,7 @@ void evaluate_scene(const Arguments& a, const std::string& scene, Evaluation& ev
     classes = classes_of(masks, truth.class_id.size());
   } else {
     const VertexLabels prediction = read_panoptic(folder / (scene + ".txt"), space);
+    require_stuff(scene, truth.class_id, prediction.class_id);
     evaluation.add_panoptic(scene, truth, prediction);
     classes = prediction.class_id;
   }
@@ -109,12 +112,13 @@ int evaluate(const Arguments& a) {
   if (is_form && !a.submission.empty()) throw UsageError("--write-submission takes a run, not a submission");
   set_thread_count(a.threads);
   Evaluation evaluation(a.variant);
+  std::string misplaced;
   if (is_form) {
     const std::vector<std::string> scenes = scenes_in(a.predictions);
     warn_of_missing_scenes(a, scenes);
     for (const std::string& scene : scenes) evaluate_scene(a, scene, evaluation);
   } else {
-    evaluate_run(a, evaluation);
+    misplaced = evaluate_run(a, evaluation);
   }
   const Scores scores = evaluation.scores();
   fmt::print("{}", to_table(scores));
@@ -124,7 +128,9 @@ int evaluate(const Arguments& a) {
     write_json_file(a.json, json);
   }
   if (!a.csv.empty()) write_file(a.csv, to_csv(scores));
-  return kDone;
+  if (misplaced.empty()) return kDone;
+  std::fflush(stdout);  // the scores stand above the line that says what they are worth
+  throw Error(misplaced);
 }
 
 }  // namespace panoptic

@@ -15,27 +15,16 @@
 namespace panoptic {
 namespace {
 
-std::string ids_notice(const std::string& scene, const char* what, const std::vector<ClassId>& classes) {
-  std::size_t labelled = 0;
-  std::size_t foreign = 0;
-  ClassId example{};
-  for (const ClassId id : classes) {
-    if (id == ClassId::kUnknown) continue;
-    ++labelled;
-    if (number(id) <= kNyu40Classes) continue;
-    if (foreign++ == 0) example = id;
-  }
-  if (labelled == 0) {
-    return fmt::format(
-        "{}: the {} names no class; is it in another form? semantic takes NYU40's ids, instance and panoptic class * "
-        "1000 + instance",
-        scene, what);
-  }
-  if (2 * foreign < labelled) return {};
-  return fmt::format(
-      "{}: most ids of the {} are above 40, {} for one; the semantic form takes NYU40's ids, class * 1000 + instance "
-      "is that of eval instance and eval panoptic",
-      scene, what, number(example));
+constexpr std::int64_t kPerClass = 1000;
+
+// Numbers that stand for no label in other people's files.
+bool is_none(std::int64_t id, IdSpace space) {
+  return id < 0 || (id == 0 && space != IdSpace::kTrain) || id == 255 || id == 65535;
+}
+
+bool is_class(std::int64_t id, IdSpace space) {
+  const ClassId c = class_in(id, space);
+  return c != ClassId::kUnknown && number(c) <= kNyu40Classes;
 }
 
 std::size_t agreement(const std::vector<ClassId>& truth, const std::vector<ClassId>& prediction, IdSpace space) {
@@ -51,6 +40,21 @@ double extent_m(const std::vector<Vec3f>& points) {
   Eigen::AlignedBox3f box;
   for (const Vec3f& point : points) box.extend(point);
   return box.isEmpty() ? 0 : static_cast<double>(box.diagonal().norm());
+}
+
+// The share of a sample of points that lie within 10 cm of the others.
+double share_near(const std::vector<Vec3f>& points, const std::vector<Vec3f>& others) {
+  constexpr std::size_t kMostAsked = 20000;
+  constexpr double kNear_m = 0.1;
+  const NearestPoints nearest(others);
+  const std::size_t step = points.size() / kMostAsked + 1;
+  std::size_t asked = 0;
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    ++asked;
+    near += nearest.nearest(points[i])->distance_m < kNear_m ? 1 : 0;
+  }
+  return static_cast<double>(near) / static_cast<double>(asked);
 }
 
 }  // namespace
@@ -72,12 +76,54 @@ ClassId class_in(std::int64_t id, IdSpace space) {
   return fits ? benchmark_classes().at(static_cast<std::size_t>(index)).id : ClassId::kUnknown;
 }
 
+void require_classes(const std::filesystem::path& file, const std::vector<std::int64_t>& numbers, IdSpace space) {
+  std::size_t labelled = 0;
+  std::size_t foreign = 0;
+  std::int64_t example = 0;
+  for (const std::int64_t id : numbers) {
+    labelled += is_none(id, space) ? 0 : 1;
+    if (is_none(id, space) || is_class(id, space)) continue;
+    if (foreign++ == 0) example = id;
+  }
+  if (2 * foreign <= labelled) return;
+  throw Error(fmt::format("{}: {} of {} labels are no class, {} for one; {}", file.string(), foreign, labelled, example,
+                          space != IdSpace::kNyu40 ? "is --id-space right?"
+                          : example >= kPerClass
+                              ? "class * 1000 + instance is the form of eval instance and eval panoptic, and eval "
+                                "semantic takes NYU40's ids, 1 to 40"
+                              : "NYU40's ids are 1 to 40"));
+}
+
+void require_class_and_instance(const std::filesystem::path& file, const std::vector<std::int64_t>& numbers) {
+  std::size_t labelled = 0;
+  std::size_t small = 0;
+  std::int64_t example = 0;
+  for (const std::int64_t id : numbers) {
+    labelled += is_none(id, IdSpace::kNyu40) ? 0 : 1;
+    if (is_none(id, IdSpace::kNyu40) || id >= kPerClass) continue;
+    if (small++ == 0) example = id;
+  }
+  if (2 * small <= labelled) return;
+  throw Error(
+      fmt::format("{}: {} of {} labels are below 1000, {} for one; instance and panoptic labels are class * 1000 + instance, "
+                  "and class numbers alone are the form of eval semantic",
+                  file.string(), small, labelled, example));
+}
+
+void require_stuff(const std::string& scene, const std::vector<ClassId>& truth, const std::vector<ClassId>& prediction) {
+  const auto is_stuff = [](ClassId id) { return benchmark_index(id).has_value() && !is_benchmark_thing(id); };
+  if (std::any_of(truth.begin(), truth.end(), is_stuff) || std::none_of(prediction.begin(), prediction.end(), is_stuff)) return;
+  throw Error(fmt::format(
+      "{}: the ground truth has neither wall nor floor, and the prediction has: is it the truth of instances alone? That "
+      "is for eval instance",
+      scene));
+}
+
 std::vector<std::string> label_notices(const std::string& scene, const std::vector<ClassId>& truth,
                                        const std::vector<ClassId>& prediction) {
   std::vector<std::string> notices;
-  for (std::string notice : {ids_notice(scene, "ground truth", truth), ids_notice(scene, "prediction", prediction)}) {
-    if (!notice.empty()) notices.push_back(std::move(notice));
-  }
+  if (std::all_of(prediction.begin(), prediction.end(), [](ClassId id) { return id == ClassId::kUnknown; }))
+    notices.push_back(fmt::format("{}: the prediction names no class", scene));
   if (!notices.empty() || truth.size() != prediction.size()) return notices;
   const auto counted = std::count_if(truth.begin(), truth.end(), [](ClassId id) { return benchmark_index(id).has_value(); });
   const std::size_t as_read = agreement(truth, prediction, IdSpace::kNyu40);
@@ -95,24 +141,17 @@ std::vector<std::string> label_notices(const std::string& scene, const std::vect
 }
 
 std::string place_notice(const LabelledMap& map, const ScanTruth& truth) {
-  constexpr std::size_t kMostAsked = 20000;
-  constexpr double kNear_m = 0.1;
   constexpr double kMilli = 1000;
   if (map.mesh.vertices.empty() || truth.positions.empty()) return {};
-  const NearestPoints nearest(truth.positions);
-  const std::size_t step = map.mesh.vertices.size() / kMostAsked + 1;
   std::vector<Vec3f> positions;
-  std::size_t near = 0;
-  for (std::size_t v = 0; v < map.mesh.vertices.size(); v += step) {
-    positions.push_back(map.mesh.vertices[v].position);
-    near += nearest.nearest(positions.back())->distance_m < kNear_m ? 1 : 0;
-  }
-  if (3 * near >= positions.size()) return {};
+  positions.reserve(map.mesh.vertices.size());
+  for (const MeshVertex& vertex : map.mesh.vertices) positions.push_back(vertex.position);
+  const double of_map = share_near(positions, truth.positions);
+  if (3 * of_map >= 1 || 3 * share_near(truth.positions, positions) >= 1) return {};
   const double ratio = extent_m(truth.positions) / std::max(extent_m(positions), 1e-9);
   const bool in_millimetres = ratio > kMilli / 10;
   return fmt::format(
-      "{}: only {:.0f} % of the map lies within 10 cm of the ground truth; {}", truth.scene,
-      100 * static_cast<double>(near) / static_cast<double>(positions.size()),
+      "{}: only {:.0f} % of the map lies within 10 cm of the ground truth; {}", truth.scene, 100 * of_map,
       in_millimetres ? "is the truth in millimetres?" : "is the truth of another place, or in other axes (axis-aligned mesh)?");
 }
 

@@ -62,6 +62,12 @@ void for_each_number(const fs::path& path, const Body& body) {
   });
 }
 
+std::vector<std::int64_t> read_labels(const fs::path& path) {
+  std::vector<std::int64_t> numbers;
+  for_each_number(path, [&](std::int64_t value) { numbers.push_back(value); });
+  return numbers;
+}
+
 double to_finite(std::string_view word, const char* what, const std::string& where) {
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -164,18 +170,26 @@ std::vector<std::string> scenes_in(const fs::path& folder) {
 }
 
 std::vector<ClassId> read_semantic(const fs::path& path, IdSpace space) {
+  const std::vector<std::int64_t> numbers = read_labels(path);
+  require_classes(path, numbers, space);
   std::vector<ClassId> classes;
-  for_each_number(path, [&](std::int64_t value) { classes.push_back(class_in(value, space)); });
+  classes.reserve(numbers.size());
+  for (const std::int64_t value : numbers) classes.push_back(class_in(value, space));
   return classes;
 }
 
 VertexLabels read_panoptic(const fs::path& path, IdSpace space) {
+  const std::vector<std::int64_t> numbers = read_labels(path);
+  if (space != IdSpace::kTrain) require_class_and_instance(path, numbers);
+  std::vector<std::int64_t> classes;
   VertexLabels labels;
-  for_each_number(path, [&](std::int64_t value) {
-    const ClassId class_id = class_in(value < 0 ? -1 : value / kPerClass, space);
+  for (const std::int64_t value : numbers) {
+    classes.push_back(value < 0 ? -1 : value / kPerClass);
+    const ClassId class_id = class_in(classes.back(), space);
     labels.class_id.push_back(class_id);
     labels.instance.push_back(class_id == ClassId::kUnknown ? 0 : static_cast<std::uint32_t>(value % kPerClass));
-  });
+  }
+  require_classes(path, classes, space);
   return labels;
 }
 
@@ -212,15 +226,21 @@ std::vector<InstanceMask> read_instances(const fs::path& folder, const std::stri
 
 VertexLabels read_truth(const fs::path& folder, const std::string& scene, SubmissionForm form, const fs::path& category_map) {
   const fs::path file = folder / (scene + ".txt");
-  if (!is_there(file)) {
-    if (is_folder(folder / scene)) return labels_of(read_scan_truth(folder / scene, category_map));
-    throw Error(fmt::format("no ground truth for the prediction of {}: neither {} nor a scan in {}", scene, file.string(),
-                            (folder / scene).string()));
-  }
-  if (form != SubmissionForm::kSemantic) return read_panoptic(file);
   VertexLabels labels;
-  labels.class_id = read_semantic(file);
-  labels.instance.resize(labels.class_id.size());
+  if (!is_there(file)) {
+    if (!is_folder(folder / scene))
+      throw Error(fmt::format("no ground truth for the prediction of {}: neither {} nor a scan in {}", scene, file.string(),
+                              (folder / scene).string()));
+    labels = labels_of(read_scan_truth(folder / scene, category_map));
+  } else if (form == SubmissionForm::kSemantic) {
+    labels.class_id = read_semantic(file);
+    labels.instance.resize(labels.class_id.size());
+  } else {
+    labels = read_panoptic(file);
+  }
+  const bool is_blank =
+      std::all_of(labels.class_id.begin(), labels.class_id.end(), [](ClassId id) { return id == ClassId::kUnknown; });
+  if (is_blank) throw Error(fmt::format("{}: the ground truth of {} names no class", folder.string(), scene));
   return labels;
 }
 

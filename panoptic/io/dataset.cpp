@@ -10,6 +10,7 @@
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
+#include "panoptic/io/pose_order.h"
 #include "panoptic/io/sens.h"
 
 namespace panoptic {
@@ -81,6 +82,7 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
     if (!recording) continue;
     if (pairing.tolerance_s && format.recognise_by_time == nullptr) refuse_pairing(path, recording->format);
     if (!calibration.empty()) read_calibration(calibration, recording->calibration);
+    settle_pose_order(*recording);
     return std::make_unique<FileDataset>(std::move(*recording));
   }
   not_recognised(path);

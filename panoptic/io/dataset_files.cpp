@@ -12,6 +12,7 @@
 
 #include "panoptic/base/depth_image.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/image_header.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_frame.h"
@@ -79,6 +80,26 @@ ImageSize size_of(const DepthImage& depth) {
   return std::visit([](const auto& image) { return ImageSize{image.width(), image.height()}; }, depth);
 }
 
+bool is_one_channel_of_16_bits(const std::filesystem::path& path) {
+  if (!is_file(path)) return false;
+  const std::string bytes = read_file(path);
+  const SampleKind kind = sample_kind({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  return kind.channels == 1 && kind.bits == 16;
+}
+
+[[noreturn]] void refuse_recording(const FileRecording& recording, const std::string& first_reason) {
+  const FileFrame* first = recording.frames.empty() ? nullptr : &recording.frames.front();
+  if (first != nullptr && !first->color.empty() && is_one_channel_of_16_bits(recording.root / first->color)) {
+    throw Error(
+        fmt::format("{}: {} recording whose colour and depth are swapped: {} has one channel of 16 bits, as depth has, and {} is "
+                    "no depth image ({}); swap the folders or columns",
+                    recording.root.string(), recording.format, first->color, first->depth, first_reason));
+  }
+  throw Error(
+      fmt::format("{}: {} recording without one usable pair of images (first frame: {}); check that it was unpacked whole",
+                  recording.root.string(), recording.format, first_reason));
+}
+
 // The first readable image of one kind.
 template <typename Read>
 auto first_image(const FileRecording& recording, const Read& read) {
@@ -90,9 +111,27 @@ auto first_image(const FileRecording& recording, const Read& read) {
       if (&frame == &recording.frames.front()) first_reason = e.reason;
     }
   }
-  throw Error(
-      fmt::format("{}: {} recording without one usable pair of images (first frame: {}); check that it was unpacked whole",
-                  recording.root.string(), recording.format, first_reason));
+  refuse_recording(recording, first_reason);
+}
+
+// An image of one kind, of the size that most of a few frames spread over the recording have: the first may be of another.
+template <typename Read>
+auto usual_image(const FileRecording& recording, const Read& read) {
+  constexpr std::size_t kSample = 5;
+  const std::size_t count = recording.frames.size();
+  std::vector<decltype(read(recording, FileFrame{}))> images;
+  for (std::size_t i = 0; i < std::min(kSample, count); ++i) {
+    try {
+      images.push_back(read(recording, recording.frames[i * count / std::min(kSample, count)]));
+    } catch (const Unusable&) {  // the frames that cannot be read are told when they are
+    }
+  }
+  if (images.empty()) return first_image(recording, read);
+  const auto as_large = [&](const auto& image) {
+    return std::count_if(images.begin(), images.end(), [&](const auto& other) { return size_of(other) == size_of(image); });
+  };
+  return std::move(
+      *std::max_element(images.begin(), images.end(), [&](const auto& a, const auto& b) { return as_large(a) < as_large(b); }));
 }
 
 RecordingNotes notes_of(const FileRecording& recording) {
@@ -131,8 +170,8 @@ std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& d
 }
 
 FileDataset::FileDataset(FileRecording recording) : recording_(std::move(recording)) {
-  const DepthImage depth = first_image(recording_, read_raw_depth);
-  const ImageSize color = size_of(first_image(recording_, read_color));
+  const DepthImage depth = usual_image(recording_, read_raw_depth);
+  const ImageSize color = size_of(usual_image(recording_, read_color));
   Calibration& calibration = recording_.calibration;
   if (calibration.scale_is_assumed && std::holds_alternative<Image<float>>(depth)) calibration.depth_scale = 1;  // metres
   calibration = fitted(calibration, size_of(depth), color, recording_.root.string());

@@ -27,6 +27,12 @@ struct FileFrame {
   std::string problem;                  // why the frame cannot be used, if that is known already
 };
 
+// Another order that a list of poses may have: that of the images' names as text.
+struct OtherOrder {
+  std::string list;                                        // the file, relative to the recording; empty: there is no choice
+  std::vector<std::optional<Eigen::Matrix4d>> poses = {};  // of each frame
+};
+
 struct FileRecording {
   std::string format;
   std::filesystem::path root;
@@ -34,6 +40,7 @@ struct FileRecording {
   Calibration calibration;
   std::vector<std::string> assumed = {};  // RecordingNotes
   int depth_bits_turned = 0;              // whole readings are stored with their bits turned to the left by so many
+  OtherOrder other_order = {};            // until settle_pose_order
 };
 
 // One position for every number that has a colour or a depth image, in numeric order. Frames are taken to be 1/30 s apart.
@@ -41,7 +48,7 @@ std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& d
 
 class FileDataset : public Dataset {
  public:
-  // Reads images until it has seen one of each kind, for their sizes. Throws Error if none is readable or the calibration
+  // Reads a few images of each kind, for the size that most of them have. Throws Error if none is readable or the calibration
   // does not fit them.
   explicit FileDataset(FileRecording recording);
 

@@ -66,6 +66,7 @@ std::optional<FileRecording> recognise_plain_folder(const fs::path& folder) {
   if (pose_file == "traj_w_c.txt") recording.format = "Replica (Semantic-NeRF)";
   set_cameras(recording);
   RecordingFiles files{files_in(folder, *color, kColorEndings), files_in(folder, *depth, kDepthEndings), {}};
+  require_color_images(folder, *color, files.color);
   if (files.depth.empty()) files.depth = files_in(folder, *depth, kColorEndings);  // the reader says why these are none
   if (!pose_file) files.poses = files_in(folder, *poses, kPoseEndings);
   add_frames_by_name(recording, files);

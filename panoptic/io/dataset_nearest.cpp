@@ -111,11 +111,23 @@ std::vector<std::string> lower_names(const fs::path& folder) {
   return names;
 }
 
-std::string to_text(const Nearness& nearest) {
+// Poses in a form that is not read, where a list of them is missing.
+std::string poses_of_another_form(const std::vector<std::string>& names) {
+  for (const char* pattern :
+       {"*pose*.json", "*traj*.json", "transforms*.json", "*pose*.npy", "*pose*.npz", "*traj*.npy", "*pose*.csv"}) {
+    const auto found = std::find_if(names.begin(), names.end(), [&](const std::string& name) { return fits(name, pattern); });
+    if (found != names.end())
+      return fmt::format("; poses are not read from {}: write them to poses.txt, the 16 numbers of a 4x4 matrix a line", *found);
+  }
+  return {};
+}
+
+std::string to_text(const Nearness& nearest, const std::vector<std::string>& names) {
   if (nearest.format == nullptr) return {};
   return fmt::format(
-      "nearest is {}: it has {} and lacks {}", nearest.format->format, fmt::join(nearest.present, ", "),
-      nearest.missing.empty() ? "images that can be told apart" : fmt::format("{}", fmt::join(nearest.missing, ", ")));
+      "nearest is {}: it has {} and lacks {}{}", nearest.format->format, fmt::join(nearest.present, ", "),
+      nearest.missing.empty() ? "images that can be told apart" : fmt::format("{}", fmt::join(nearest.missing, ", ")),
+      poses_of_another_form(names));
 }
 
 // A file among these that has to be unpacked or converted first, and how; nothing if there is none.
@@ -160,10 +172,10 @@ std::string why_no_recording(const fs::path& folder) {
   const std::vector<std::string> names = lower_names(folder);
   const Nearness nearest = nearest_format(names);
   const bool has_half = !nearest.present.empty() && nearest.missing.size() <= nearest.present.size();
-  if (has_half) return to_text(nearest);
+  if (has_half) return to_text(nearest, names);
   if (std::string packed = packed_in(names); !packed.empty()) return packed;
   if (const auto below = recording_below(folder, 2)) return fmt::format("is {} meant?", below->string());
-  return to_text(nearest);
+  return to_text(nearest, names);
 }
 
 }  // namespace panoptic

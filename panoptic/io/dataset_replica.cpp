@@ -67,6 +67,8 @@ void give_lines(FileRecording& recording, const fs::path& trajectory) {
     const auto line = static_cast<std::uint64_t>(frame.number);
     if (line < list.poses.size()) frame.pose = list.poses[line].matrix;
   }
+  recording.assumed.push_back(fmt::format("traj.txt has {} lines for {} images: line N + 1 is taken for the image with number N",
+                                          list.poses.size(), recording.frames.size()));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -40,14 +41,41 @@ std::optional<std::int64_t> number_in(std::string_view name, std::string_view pr
   return number;
 }
 
+// Intrinsics with their names: "fx: 585" a line, "fx = 585, fy = 585 ...", or a heading over the numbers. Nothing in a text that
+// does not name all four.
+std::optional<std::array<double, 4>> named_intrinsics(const std::string& text) {
+  constexpr std::array<std::string_view, 4> kNames = {"fx", "fy", "cx", "cy"};
+  std::vector<std::size_t> named;
+  std::vector<double> numbers;
+  for_each_line_of(text, " \t\r,;:=[](){}\"", [&](std::size_t, std::span<const std::string_view> words) {
+    for (const std::string_view word : words) {
+      const auto* name = std::find(kNames.begin(), kNames.end(), lower_case(word));
+      if (name != kNames.end()) named.push_back(static_cast<std::size_t>(name - kNames.begin()));
+      if (const auto number = to_number(word)) numbers.push_back(*number);
+    }
+  });
+  std::array<double, 4> values{};
+  if (named.size() != kNames.size() || numbers.size() != kNames.size()) return std::nullopt;
+  for (std::size_t i = 0; i < named.size(); ++i) values.at(named[i]) = numbers[i];
+  std::sort(named.begin(), named.end());
+  if (std::adjacent_find(named.begin(), named.end()) != named.end()) return std::nullopt;
+  return values;
+}
+
 }  // namespace
 
 void for_each_line_of(std::string_view text, std::string_view separators, const LineCallback& callback) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {  // UTF-16, in which plain letters have a zero byte each
+    std::string narrow(text.substr(2));
+    std::erase(narrow, '\0');
+    return for_each_line_of(narrow, separators, callback);
+  }
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  const char line_end = text.find('\n') == std::string_view::npos ? '\r' : '\n';  // some write \r alone
   std::size_t begin = 0;
   for (std::size_t line = 1; begin < text.size(); ++line) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::size_t end = std::min(text.find(line_end, begin), text.size());
     const std::vector<std::string_view> words = split(text.substr(begin, end - begin), separators);
     if (!words.empty() && !words.front().starts_with('#')) callback(line, words);
     begin = end + 1;
@@ -135,7 +163,10 @@ Camera to_camera(std::span<const double> numbers, const std::string& source) {
   return camera;
 }
 
-Camera read_camera_matrix(const std::filesystem::path& path) { return to_camera(read_numbers(path), path.string()); }
+Camera read_camera_matrix(const std::filesystem::path& path) {
+  if (const auto named = named_intrinsics(read_file(path))) return to_camera(*named, path.string());
+  return to_camera(read_numbers(path), path.string());
+}
 
 NumberedFiles numbered_files(const std::filesystem::path& root, const std::string& folder, std::string_view prefix,
                              std::span<const std::string_view> suffixes) {

@@ -82,13 +82,16 @@ std::vector<StampedFile> read_file_list(const fs::path& path) {
 std::vector<StampedPose> read_poses(const fs::path& path) {
   constexpr std::size_t kColumns = 8;
   std::vector<StampedPose> poses;
+  const bool w_first = names_w_first(read_file(path)).value_or(false);
   for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
     if (words.size() != kColumns && words.size() != kColumns + 1) {  // RTAB-Map adds a number at the end
       throw Error(fmt::format("{}:{}: expected 'time tx ty tz qx qy qz qw', found {} words", path.string(), line, words.size()));
     }
     const double time_s = to_time(words[0], path, line);
     const std::vector<double> n = to_numbers(words.subspan(1), path, line);
-    poses.push_back({time_s, {n[0], n[1], n[2]}, {n[6], n[3], n[4], n[5]}});
+    const Eigen::Quaterniond rotation =
+        w_first ? Eigen::Quaterniond(n[3], n[4], n[5], n[6]) : Eigen::Quaterniond(n[6], n[3], n[4], n[5]);
+    poses.push_back({time_s, {n[0], n[1], n[2]}, rotation});
   });
   sort_by_time(poses);
   return poses;
@@ -210,7 +213,13 @@ ImageLists read_associations(const fs::path& path) {
   constexpr std::size_t kColumns = 4;
   ImageLists lists;
   for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
-    if (words.size() != kColumns) throw Error(fmt::format("{}:{}: expected 'time file time file'", path.string(), line));
+    if (words.size() != kColumns) {
+      const bool has_pose = words.size() > kColumns + 6;
+      throw Error(fmt::format("{}:{}: expected 'time file time file', found {} words{}", path.string(), line, words.size(),
+                              has_pose ? "; are the last of them a pose? Put those into groundtruth.txt, 'time tx ty tz qx qy qz "
+                                         "qw' a line, and leave them out here"
+                                       : ""));
+    }
     const bool depth_first = words[1].find("depth") != std::string_view::npos;
     const std::size_t d = depth_first ? 0 : 2;
     const std::size_t c = depth_first ? 2 : 0;
@@ -237,6 +246,32 @@ std::vector<FileFrame> frames_of(const ImageLists& lists, const std::vector<Stam
   sort_by_time(frames);
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i].number = static_cast<std::int64_t>(i);
   return frames;
+}
+
+// "1.5 to 2.25 s", for the user.
+template <typename T>
+std::string range_text(const std::vector<T>& sorted) {
+  if (sorted.empty()) return "nowhere, for it is empty";
+  return fmt::format("from {:.3f} to {:.3f} s", sorted.front().time_s, sorted.back().time_s);
+}
+
+// Lists of another clock or unit leave every image without a partner, or without a pose.
+void require_one_clock(const fs::path& folder, const ImageLists& lists, const std::vector<StampedPose>& poses,
+                       const std::vector<FileFrame>& frames) {
+  const auto any = [&](auto test) { return std::any_of(frames.begin(), frames.end(), test); };
+  if (frames.empty()) return;
+  constexpr const char* kRemedy = "are they of one clock, and in one unit?";
+  if (!any([](const FileFrame& f) { return !f.color.empty() && !f.depth.empty(); })) {
+    throw Error(fmt::format(
+        "{}: no colour image lies within {} s of a depth image: the time stamps of colour run {}, those of depth {}; {} "
+        "--pair-tolerance S allows more",
+        folder.string(), lists.tolerance_s, range_text(lists.color), range_text(lists.depth), kRemedy));
+  }
+  if (!any([](const FileFrame& f) { return f.pose.has_value(); })) {
+    throw Error(
+        fmt::format("{}: no pose lies within {} s of an image: the time stamps of poses run {}, those of the depth images {}; {}",
+                    folder.string(), kMaxDifference_s, range_text(poses), range_text(lists.depth), kRemedy));
+  }
 }
 
 // ICL-NUIM renders with y up (its fy is negative). Turning y round in the camera and in the world makes it a usual camera.
@@ -314,7 +349,9 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder, const Pairing
                            : associations ? read_associations(folder / *associations)
                                           : list_numbered_folders(folder);
   if (!lists.assumed.empty()) recording.assumed.push_back(lists.assumed);
-  recording.frames = frames_of(lists, read_poses(trajectory));
+  const std::vector<StampedPose> poses = read_poses(trajectory);
+  recording.frames = frames_of(lists, poses);
+  require_one_clock(folder, lists, poses, recording.frames);
   if (icl) turn_y_round(recording.frames);
   return recording;
 }

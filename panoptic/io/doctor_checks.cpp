@@ -41,7 +41,20 @@ bool is_outside(const Camera& camera) {
   return camera.cx <= 0 || camera.cy <= 0 || camera.cx >= camera.width - 1 || camera.cy >= camera.height - 1;
 }
 
+// The order in which four numbers make sense that make none as fx fy cx cy; nothing if there is none.
+std::string order_of_intrinsics(const Camera& c) {
+  const auto is_sensible = [&](double fx, double fy, double cx, double cy) {
+    const Camera other{c.width, c.height, fx, fy, cx, cy};
+    return !other_size(other) && !is_no_focal_length(other) && std::abs(fx / fy - 1) < 0.2;
+  };
+  if (is_sensible(c.cx, c.cy, c.fx, c.fy)) return "cx cy fx fy";
+  if (is_sensible(c.fx, c.cx, c.fy, c.cy)) return "fx cx fy cy";
+  return {};
+}
+
 std::string size_remedy(const Camera& camera, ImageSize size) {
+  if (const std::string order = order_of_intrinsics(camera); !order.empty())
+    return fmt::format("the numbers look like {}: write them as fx fy cx cy", order);
   if (size.width <= 1 || size.height <= 1) {
     return "the principal point lies near the middle of an image: is the matrix written column by column, or not in pixels?";
   }

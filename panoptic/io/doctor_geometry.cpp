@@ -35,8 +35,14 @@ Camera with_focal(Camera camera, double factor) {
   return camera;
 }
 
+// The factor from a reading of a pixel to its depth, which is planar.
+float to_planar(const Camera& camera, int u, int v, const Hypothesis& hypothesis) {
+  return hypothesis.along_ray ? static_cast<float>(1 / back_project(camera, u, v, 1).norm()) : 1;
+}
+
 // to_from: where a point of `from` lies in the frame of `to`.
-Counts count(const ViewPair& pair, const Pose& to_from, double focal_factor) {
+Counts count(const ViewPair& pair, const Pose& to_from, const Hypothesis& hypothesis) {
+  const double focal_factor = hypothesis.focal_factor;
   const Eigen::Matrix3f rotation = to_from.linear().cast<float>();
   const Vec3f translation = to_from.translation().cast<float>();
   const Camera a = with_focal(pair.from.camera, focal_factor);
@@ -44,7 +50,7 @@ Counts count(const ViewPair& pair, const Pose& to_from, double focal_factor) {
   Counts counts;
   for (int v = 0; v < a.height; v += 2) {
     for (int u = 0; u < a.width; u += 2) {
-      const float z = pair.from.depth(u, v);
+      const float z = pair.from.depth(u, v) * to_planar(a, u, v, hypothesis);
       if (!(z > 0)) continue;
       counts.points += 1;
       const Vec3f p = rotation * back_project(a, u, v, static_cast<double>(z)).cast<float>() + translation;
@@ -52,7 +58,9 @@ Counts count(const ViewPair& pair, const Pose& to_from, double focal_factor) {
       const double x = b.fx * static_cast<double>(p.x() / p.z()) + b.cx + 0.5;
       const double y = b.fy * static_cast<double>(p.y() / p.z()) + b.cy + 0.5;
       if (!(x >= 0 && y >= 0 && x < b.width && y < b.height)) continue;
-      const float there = pair.to.depth(static_cast<int>(x), static_cast<int>(y));
+      const int to_u = static_cast<int>(x);
+      const int to_v = static_cast<int>(y);
+      const float there = pair.to.depth(to_u, to_v) * to_planar(b, to_u, to_v, hypothesis);
       if (!(there > 0)) continue;
       counts.seen += 1;
       if (std::abs(there - p.z()) <= static_cast<float>(kTolerance) * there) counts.agree += 1;
@@ -66,8 +74,18 @@ const Pose& pose_for(const DepthView& view, Neighbour neighbour) {
   return neighbour != Neighbour::kNone && other ? *other : view.pose;
 }
 
+// A rotation tells its quaternion but for the sign, and that does not change what the numbers in another order are.
+Pose reordered(Pose pose, QuaternionOrder order) {
+  if (order == QuaternionOrder::kAsRead) return pose;
+  const Eigen::Quaterniond q(pose.linear());
+  pose.linear() = (order == QuaternionOrder::kWFirst ? Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w())
+                                                     : Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()))
+                      .toRotationMatrix();
+  return pose;
+}
+
 Pose world_from_camera(const DepthView& view, const Hypothesis& hypothesis) {
-  const Pose& pose = pose_for(view, hypothesis.pose_of);
+  const Pose pose = reordered(pose_for(view, hypothesis.pose_of), hypothesis.convention.quaternions);
   Pose result = hypothesis.convention.inverse ? pose.inverse() : pose;
   result.linear() = result.linear() * hypothesis.convention.axes;
   return result;
@@ -176,7 +194,13 @@ struct Candidates {
       if (!convention.is_declared()) result.push_back({.convention = convention});
     }
     for (const double focal : focals) result.push_back({.focal_factor = focal});
+    result.push_back({.along_ray = true});
     for (const Neighbour neighbour : {Neighbour::kBefore, Neighbour::kAfter}) result.push_back({.pose_of = neighbour});
+    const auto quaternions = [&](const char* name, QuaternionOrder order) {
+      result.push_back({.convention = {.name = name, .quaternions = order}});
+    };
+    quaternions("with w first in the quaternions (qw qx qy qz)", QuaternionOrder::kWFirst);
+    quaternions("with w last in the quaternions (qx qy qz qw)", QuaternionOrder::kWLast);
     return result;
   }
   std::vector<Hypothesis> two_mistakes() const {
@@ -234,6 +258,7 @@ std::string in_words(const Hypothesis& h) {
   std::vector<std::string> parts;
   if (h.depth_factor != 1) parts.push_back(fmt::format("depth times {:.4g}", h.depth_factor));
   if (h.focal_factor != 1) parts.push_back(fmt::format("focal lengths times {:.4g}", h.focal_factor));
+  if (h.along_ray) parts.emplace_back("depth taken along the rays");
   if (!h.convention.is_declared()) parts.push_back("poses " + h.convention.name);
   if (h.pose_of == Neighbour::kBefore) parts.emplace_back("each image with the pose of the one before");
   if (h.pose_of == Neighbour::kAfter) parts.emplace_back("each image with the pose of the one after");
@@ -248,7 +273,7 @@ double agreement(const std::vector<ViewPair>& pairs, const Hypothesis& hypothesi
     Pose to_from =
         world_from_camera(pairs[i].to, hypothesis).inverse(Eigen::Affine) * world_from_camera(pairs[i].from, hypothesis);
     to_from.translation() *= hypothesis.moves ? 1 / hypothesis.depth_factor : 0;  // in units of the depth as it is
-    const Counts counts = count(pairs[i], to_from, hypothesis.focal_factor);
+    const Counts counts = count(pairs[i], to_from, hypothesis);
     total.agree += weight[i] * counts.agree;
     total.seen += weight[i] * counts.seen;
     total.points += weight[i] * counts.points;
@@ -256,7 +281,7 @@ double agreement(const std::vector<ViewPair>& pairs, const Hypothesis& hypothesi
   return total.share();
 }
 
-double agreement_without_motion(const ViewPair& pair) { return count(pair, Pose::Identity(), 1).share(); }
+double agreement_without_motion(const ViewPair& pair) { return count(pair, Pose::Identity(), {}).share(); }
 
 bool clearly_better(double share, double other) {
   constexpr double kLeastGain = 0.025;

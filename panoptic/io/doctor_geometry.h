@@ -30,13 +30,17 @@ struct ViewPair {
   DepthView to;
 };
 
+// The order in which a quaternion was written, where it was read in another.
+enum class QuaternionOrder { kAsRead, kWFirst, kWLast };
+
 // A meaning that a recording's poses may have: world_from_camera = (inverse ? pose^-1 : pose) * axes.
 struct PoseConvention {
   std::string name;
   bool inverse = false;
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // file_from_camera: a signed permutation
+  QuaternionOrder quaternions = QuaternionOrder::kAsRead;
 
-  bool is_declared() const { return !inverse && axes.isIdentity(); }
+  bool is_declared() const { return !inverse && axes.isIdentity() && quaternions == QuaternionOrder::kAsRead; }
 };
 
 enum class Neighbour { kNone, kBefore, kAfter };
@@ -47,6 +51,7 @@ struct Hypothesis {
   double focal_factor = 1;               // true focal length = factor * focal length
   Neighbour pose_of = Neighbour::kNone;  // the position whose pose is this one's
   bool moves = true;                     // false: no translation at all
+  bool along_ray = false;                // depth is the distance from the camera, not from its plane
 };
 // "depth times 5 and poses inverse (camera from world)".
 std::string in_words(const Hypothesis& hypothesis);

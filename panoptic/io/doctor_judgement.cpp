@@ -20,10 +20,15 @@ struct KnownFactor {
   double factor;
   const char* text;
 };
-constexpr KnownFactor kKnownFactors[] = {{0.2, "5000 instead of 1000"},          {5, "1000 instead of 5000"},
-                                         {1 / 6.5535, "6553.5 instead of 1000"}, {6.5535, "1000 instead of 6553.5"},
-                                         {5 / 6.5535, "6553.5 instead of 5000"}, {6.5535 / 5, "5000 instead of 6553.5"},
-                                         {0.001, "1000 instead of 1"},           {1000, "1 instead of 1000"}};
+constexpr KnownFactor kKnownFactors[] = {{0.2, "5000 instead of 1000"},
+                                         {5, "1000 instead of 5000"},
+                                         {1 / 6.5535, "6553.5 instead of 1000"},
+                                         {6.5535, "1000 instead of 6553.5"},
+                                         {5 / 6.5535, "6553.5 instead of 5000"},
+                                         {6.5535 / 5, "5000 instead of 6553.5"},
+                                         {0.001, "1000 instead of 1"},
+                                         {1000, "1 instead of 1000"},
+                                         {4, "256 instead of 1000"}};
 
 std::string factor_remedy(double factor, double scale) {
   std::string text =
@@ -84,6 +89,11 @@ std::string pose_remedy(const Hypothesis& h, double median_m) {
                                                : "another unit");
   }
   if (h.pose_of != Neighbour::kNone) return "poses and images are shifted by one: check with which numbers they begin";
+  if (h.convention.quaternions != QuaternionOrder::kAsRead) {
+    return "the four numbers of the quaternions come in another order than they were read in: write the order into a comment "
+           "above "
+           "them ('# tx ty tz qw qx qy qz'), or change it";
+  }
   return "poses must take camera coordinates (x right, y down, z forward) to the world: convert them";
 }
 
@@ -119,6 +129,13 @@ Check check_scale(const Examination& e) {
   if (e.median_m < kNoCamera_m[0] || e.median_m > kNoCamera_m[1]) {
     check.verdict = Verdict::kImpossible;
     check.remedy = median_remedy(e.median_m, e.notes.depth_scale);
+  } else if (best != nullptr && best->along_ray) {
+    check.verdict = Verdict::kFailed;
+    check.evidence += guesses_in_words(e);
+    check.remedy =
+        "the images hold the distance from the camera's centre: divide it by the length of ((u - cx) / fx, (v - cy) / fy, 1) to "
+        "get "
+        "the distance along its axis";
   } else if (best != nullptr && best->depth_factor != 1 && !is_about_translations(*best, e.median_m)) {
     check.verdict = Verdict::kFailed;
     check.evidence += guesses_in_words(e);

@@ -3,6 +3,7 @@
 #include "panoptic/io/image_names.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -232,6 +233,16 @@ std::vector<std::string> files_in(const fs::path& root, const std::string& folde
     if (fits && !is_hidden) files.push_back((fs::path(folder) / name).string());
   }
   return files;
+}
+
+void require_color_images(const fs::path& root, const std::string& folder, const std::vector<std::string>& files) {
+  if (!files.empty()) return;
+  const std::vector<std::string> names = names_in_folder(root / folder);
+  const auto visible = std::find_if(names.begin(), names.end(), [](const std::string& name) { return !name.starts_with('.'); });
+  throw Error(fmt::format("{}: no colour image ({}); {}", (root / folder).string(), fmt::join(kColorEndings, ", "),
+                          visible == names.end()
+                              ? "the folder is empty"
+                              : fmt::format("it has {} files, {} for one: convert them", names.size(), *visible)));
 }
 
 void add_frames_by_name(FileRecording& recording, const RecordingFiles& files) {

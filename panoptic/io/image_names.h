@@ -33,6 +33,9 @@ std::string ending_of(const std::filesystem::path& path);
 std::vector<std::string> files_in(const std::filesystem::path& root, const std::string& folder,
                                   std::span<const std::string_view> endings);
 
+// Throws Error if `files`, what files_in found in a folder of colour images, is empty: then what is there has another ending.
+void require_color_images(const std::filesystem::path& root, const std::string& folder, const std::vector<std::string>& files);
+
 // Paths relative to the recording; a file of the pose belongs to the images whose numbers it has.
 struct RecordingFiles {
   std::vector<std::string> color;

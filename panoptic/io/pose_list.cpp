@@ -181,15 +181,6 @@ void mend_decimal_commas(std::string& text) {
   if (found && text.find('.') == std::string::npos) std::replace(text.begin(), text.end(), ',', '.');
 }
 
-// Where a line that names qw and qx has them: comments and headings do.
-WFirst w_first_in(std::string_view text) {
-  const std::string lower = lower_case(text);
-  const std::size_t w = std::min(lower.find("qw"), lower.find("q_w"));
-  const std::size_t x = std::min(lower.find("qx"), lower.find("q_x"));
-  if (w == std::string::npos || x == std::string::npos) return std::nullopt;
-  return w < x;
-}
-
 PoseRow to_row(std::size_t line, std::span<const std::string_view> words, const std::string& path) {
   PoseRow row{line, {}, {}};
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -218,13 +209,21 @@ std::vector<PoseRow> rows_of(const std::string& text, const std::string& path) {
 
 }  // namespace
 
+std::optional<bool> names_w_first(std::string_view text) {
+  const std::string lower = lower_case(text);
+  const std::size_t w = std::min(lower.find("qw"), lower.find("q_w"));
+  const std::size_t x = std::min(lower.find("qx"), lower.find("q_x"));
+  if (w == std::string::npos || x == std::string::npos) return std::nullopt;
+  return w < x;
+}
+
 PoseList read_pose_list(const std::filesystem::path& path) {
   std::string text = read_file(path);
   mend_decimal_commas(text);
   const std::vector<PoseRow> rows = rows_of(text, path.string());
   if (rows.empty()) return {};
   if (is_stacked(rows)) return stacked_poses(rows, path.string());
-  const WFirst w_first = w_first_in(text);
+  const WFirst w_first = names_w_first(text);
   const PoseForm& form = form_of(rows, path.string(), w_first);
   PoseList list;
   list.form = form_text(form, w_first);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "panoptic/geometry.h"
@@ -29,6 +30,10 @@ struct PoseList {
   std::vector<ListedPose> poses;
   std::string form;  // "4x4 matrices row by row"
 };
+
+// True if a text names qw before qx, as comments and headings of trajectories do, false if after; nothing if it does not name
+// both.
+std::optional<bool> names_w_first(std::string_view text);
 
 // A line each: 16 numbers (4x4, row by row or column by column), 12 (3x4, or a rotation and a position), 7 (position and
 // quaternion in either order; w last after a position and first before it, unless a comment names qw and qx), each also with a

@@ -29,30 +29,26 @@ std::size_t color_count(const std::vector<FileFrame>& frames) {
                   path.string(), poses, images));
 }
 
-// Images whose names have as many digits come in one order as numbers and as text.
-bool orders_agree(const std::vector<FileFrame>& frames) {
-  std::string before;
-  for (const FileFrame& frame : frames) {
-    if (frame.color.empty()) continue;
-    if (frame.color < before) return false;
-    before = frame.color;
+// The positions of the frames with a colour image: by number, or by the image's name as text.
+std::vector<std::size_t> positions_of(const std::vector<FileFrame>& frames, bool as_text) {
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (!frames[i].color.empty()) positions.push_back(i);
   }
-  return true;
+  if (as_text) std::sort(positions.begin(), positions.end(), [&](auto a, auto b) { return frames[a].color < frames[b].color; });
+  return positions;
 }
 
 void give_in_order(FileRecording& recording, const PoseList& list, const fs::path& path) {
   std::vector<FileFrame>& frames = recording.frames;
-  if (list.poses.size() != color_count(frames)) refuse_count(path, list.poses.size(), color_count(frames));
-  std::size_t next = 0;
-  for (FileFrame& frame : frames) {
-    if (!frame.color.empty()) frame.pose = list.poses[next++].matrix;
-  }
-  if (!orders_agree(frames)) {
-    recording.assumed.push_back(
-        fmt::format("{}: its poses are taken in the order of the images' numbers (1, 2, 10), which is not that of their names as "
-                    "text (1, 10, 2)",
-                    path.filename().string()));
-  }
+  const std::vector<std::size_t> by_number = positions_of(frames, false);
+  if (list.poses.size() != by_number.size()) refuse_count(path, list.poses.size(), by_number.size());
+  for (std::size_t i = 0; i < by_number.size(); ++i) frames[by_number[i]].pose = list.poses[i].matrix;
+  const std::vector<std::size_t> by_text = positions_of(frames, true);
+  if (by_text == by_number) return;
+  recording.other_order = {fs::path(path).lexically_relative(recording.root).string(), {}};
+  recording.other_order.poses.resize(frames.size());
+  for (std::size_t i = 0; i < by_text.size(); ++i) recording.other_order.poses[by_text[i]] = list.poses[i].matrix;
 }
 
 // Counts the frames that there is a pose for, and gives it to them where `give`.

@@ -41,20 +41,43 @@ std::optional<std::int64_t> number_in(const std::string& file_name) {
   return std::stoll(stem.substr(begin, end - begin + 1));
 }
 
-// Image id -> frame number.
-std::map<std::int64_t, std::int64_t> frame_numbers(const JsonValue& root) {
-  std::vector<std::int64_t> ids;
-  std::vector<std::optional<std::int64_t>> numbers;
-  std::set<std::int64_t> unique;
-  for (const JsonValue& image : root.at("images").elements()) {
-    ids.push_back(image.at("id").integer(0, kMaxId));
-    numbers.push_back(number_in(image.at("file_name").text()));
-    if (numbers.back()) unique.insert(*numbers.back());
+using FrameNumbers = std::map<std::int64_t, std::int64_t>;  // by image id
+
+// The numbers in file names, of which each must have one of its own.
+class NumberedNames {
+ public:
+  void add(std::int64_t image_id, const std::string& file_name) {
+    const std::optional<std::int64_t> number = number_in(file_name);
+    usable_ = usable_ && number && unique_.insert(*number).second;
+    if (usable_) frames_[image_id] = *number;
   }
-  const bool by_name = unique.size() == ids.size();
-  std::map<std::int64_t, std::int64_t> frames;
-  for (std::size_t i = 0; i < ids.size(); ++i) frames[ids[i]] = by_name ? *numbers[i] : static_cast<std::int64_t>(i);
-  return frames;
+  const FrameNumbers* frames() const { return usable_ && !frames_.empty() ? &frames_ : nullptr; }
+
+ private:
+  FrameNumbers frames_;
+  std::set<std::int64_t> unique_;
+  bool usable_ = true;
+};
+
+// By the names of the images, else by those of the pictures, else by position: then `in_order` is how many there are.
+FrameNumbers frame_numbers(const JsonValue& root, std::int64_t& in_order) {
+  NumberedNames of_images;
+  FrameNumbers counted;
+  for (const JsonValue& image : root.at("images").elements()) {
+    const std::int64_t id = image.at("id").integer(0, kMaxId);
+    of_images.add(id, image.at("file_name").text());
+    counted.emplace(id, static_cast<std::int64_t>(counted.size()));
+  }
+  if (const FrameNumbers* frames = of_images.frames()) return *frames;
+  NumberedNames of_pictures;
+  for (const JsonValue& annotation : root.at("annotations").elements()) {
+    const std::int64_t id = annotation.at("image_id").integer(0, kMaxId);
+    if (!counted.contains(id)) annotation.at("image_id").wrong("the id of an image");
+    of_pictures.add(id, annotation.at("file_name").text());
+  }
+  if (const FrameNumbers* frames = of_pictures.frames()) return *frames;
+  in_order = static_cast<std::int64_t>(counted.size());
+  return counted;
 }
 
 LabelSet labels_of(const JsonValue& root) {
@@ -195,9 +218,10 @@ CocoPanoptic read_coco_panoptic(const std::filesystem::path& json_path, const st
   const Json json = read_json_file(json_path, kMaxJsonBytes);
   const JsonValue root(json, file);
   CocoPanoptic coco;
+  coco.file = json_path;
   coco.labels = labels ? *labels : labels_of(root);
   const auto classes = class_of_category(root, coco.labels, file);
-  const auto frames = frame_numbers(root);
+  const FrameNumbers frames = frame_numbers(root, coco.in_order);
   const std::filesystem::path folder = picture_folder(json_path);
   for (const JsonValue& annotation : root.at("annotations").elements()) {
     const auto frame = frames.find(annotation.at("image_id").integer(0, kMaxId));
@@ -212,6 +236,12 @@ CocoPanoptic read_coco_panoptic(const std::filesystem::path& json_path, const st
 
 Segmentation read_coco_frame(const CocoPanoptic& coco, std::int64_t frame_index) {
   const auto found = coco.pictures.find(frame_index);
+  if (coco.in_order > 0 && frame_index >= coco.in_order) {
+    throw Error(fmt::format(
+        "{}: no picture for frame {}: their names have no numbers, so they are taken for frames 0 to {} in their order; "
+        "put the frame's number into each name",
+        coco.file.string(), frame_index, coco.in_order - 1));
+  }
   if (found == coco.pictures.end()) return {};
   const CocoPanoptic::Picture& picture = found->second;
   const Image<std::uint32_t> image = ids_in(picture.png);

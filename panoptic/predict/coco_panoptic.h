@@ -29,21 +29,23 @@ struct CocoPanoptic {
     std::vector<CocoSegment> segments;  // sorted by id
   };
 
+  std::filesystem::path file;
   LabelSet labels;
   std::map<std::int64_t, Picture> pictures;  // by frame number
   std::string unmatched;                     // a line about the categories that the label set lacks; empty if there are none
+  std::int64_t in_order = 0;  // so many images without numbers in their names, of frames 0, 1, 2 ...; 0: all have one
 };
 
 // The COCO panoptic file that a path means: a JSON file itself, or the only one in a folder. Nothing if there is none.
 std::optional<std::filesystem::path> find_coco_panoptic(const std::filesystem::path& path);
 
-// The frame number of a picture is the last number in its image's file name, or its position in the list of images where one
-// has no number or two share one. Categories become classes of `labels` by name (class_names.h), others are unknown, but
-// not all of them; without `labels` the categories are the label set. Throws Error naming the file.
+// The frame number of a picture is the last number in its image's file name; where one has none or two share one, that in its
+// own; else its position in the list of images. Categories become classes of `labels` by name (class_names.h), others are
+// unknown, but not all of them; without `labels` the categories are the label set. Throws Error naming the file.
 CocoPanoptic read_coco_panoptic(const std::filesystem::path& json, const std::optional<LabelSet>& labels);
 
-// Reads one frame; empty where there is no picture for it. Stuff of one class becomes one segment, and so do the crowds of a
-// thing class: is_whole_class. Throws Error naming the file.
+// Reads one frame; empty where there is no picture for it, which is an Error beyond images that go by position. Stuff of one
+// class becomes one segment, and so do the crowds of a thing class: is_whole_class. Throws Error naming the file.
 Segmentation read_coco_frame(const CocoPanoptic& coco, std::int64_t frame_index);
 
 }  // namespace panoptic

@@ -98,6 +98,10 @@ std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path
   LabelSet own = coco.labels;
   PredictorReport report;
   if (!coco.unmatched.empty()) report.notes.push_back(fmt::format("{}: {}", path.string(), coco.unmatched));
+  if (coco.in_order > 0)
+    report.notes.push_back(
+        fmt::format("{}: the names of its images have no numbers: they are taken for frames 0 to {} in their order",
+                    path.string(), coco.in_order - 1));
   ReadFrame read = [coco = std::move(coco)](std::int64_t index) { return read_coco_frame(coco, index); };
   return std::make_unique<FilePredictor>(path.string(), std::move(own), std::move(read), keep_whole_classes, std::move(report));
 }

@@ -193,11 +193,17 @@ TEST(Eval, SaysInOneLineWhatIsWrongWithItsInput) {
   EXPECT_THAT(why("semantic"), HasSubstr("no predictions here"));
   write_file(f.pred / "scene0000_00.txt", "1\n2\n");
   EXPECT_THAT(why("semantic"), HasSubstr("no ground truth for the prediction of scene0000_00"));
-  write_file(f.gt / "scene0000_00.txt", "1000\n2000\n0\n");
+  write_file(f.gt / "scene0000_00.txt", "1\n2\n0\n");
   EXPECT_THAT(why("semantic"), HasSubstr("scene0000_00: labels for 2 vertices, but the ground truth has 3"));
-  EXPECT_THAT(why("panoptic"), HasSubstr("labels for 2 vertices"));
+  EXPECT_THAT(why("panoptic"), HasSubstr("gt/scene0000_00.txt: 2 of 2 labels are below 1000"));
+  write_file(f.gt / "scene0000_00.txt", "1000\n2000\n0\n");
+  EXPECT_THAT(why("semantic"), HasSubstr("gt/scene0000_00.txt: 2 of 2 labels are no class, 1000 for one"));
+  EXPECT_THAT(why("panoptic"), HasSubstr("pred/scene0000_00.txt: 2 of 2 labels are below 1000"));
   EXPECT_THAT(why("instance"), HasSubstr("expected 'mask_path label_id confidence'"));
+  write_file(f.pred / "scene0000_00.txt", "1000\n2000\n");
+  EXPECT_THAT(why("panoptic"), HasSubstr("labels for 2 vertices"));
   write_file(f.pred / "scene0000_00.txt", "1\nchair\n2\n");
+  write_file(f.gt / "scene0000_00.txt", "1\n2\n0\n");
   EXPECT_THAT(why("semantic"), HasSubstr("scene0000_00.txt:2: expected a whole number, found 'chair'"));
 }
 

@@ -64,11 +64,39 @@ TEST(IdSpace, ASpaceThatFitsTheTruthBetterIsNamed) {
   EXPECT_THAT(label_notices("s", classes(truth), classes(trained)), ElementsAre(HasSubstr("--id-space train")));
 }
 
-TEST(IdSpace, LabelsOfAnotherFormAreNamed) {
-  const std::vector<ClassId> good = classes({1, 5, 5, 2});
-  EXPECT_THAT(label_notices("s", good, classes({1001, 5002, 5002, 0})),
-              ElementsAre(HasSubstr("ids of the prediction are above 40, 1001 for one")));
-  EXPECT_THAT(label_notices("s", classes({0, 0, 0, 0}), good), ElementsAre(HasSubstr("the ground truth names no class")));
+TEST(IdSpace, LabelsOfAnotherFormAreRefused) {
+  const std::filesystem::path folder = test::fresh_folder("labels");
+  const auto write = [&](const char* name, const char* text) { write_file(folder / name, text); };
+  write("semantic.txt", "1\n5\n0\n2\n");
+  write("panoptic.txt", "1001\n5002\n0\n2000\n");
+  write("shifted.txt", "65536\n327682\n0\n");
+  write("blank.txt", "0\n0\n");
+  EXPECT_THAT(test::error_of([&] { read_semantic(folder / "panoptic.txt"); }),
+              HasSubstr("panoptic.txt: 3 of 3 labels are no class, 1001 for one; class * 1000 + instance is the form of"));
+  EXPECT_THAT(test::error_of([&] { read_panoptic(folder / "semantic.txt"); }),
+              HasSubstr("semantic.txt: 3 of 3 labels are below 1000, 1 for one; instance and panoptic labels are class * 1000"));
+  EXPECT_THAT(test::error_of([&] { read_panoptic(folder / "shifted.txt"); }), HasSubstr("labels are no class, 65 for one"));
+  EXPECT_THAT(test::error_of([&] { read_truth(folder, "semantic", SubmissionForm::kInstance); }), HasSubstr("below 1000"));
+  EXPECT_THAT(test::error_of([&] { read_truth(folder, "panoptic", SubmissionForm::kSemantic); }), HasSubstr("are no class"));
+  EXPECT_THAT(test::error_of([&] { read_truth(folder, "blank", SubmissionForm::kPanoptic); }),
+              HasSubstr("of blank names no class"));
+  EXPECT_THAT(test::error_of([&] { read_semantic(folder / "panoptic.txt", IdSpace::kTrain); }),
+              HasSubstr("is --id-space right?"));
+  EXPECT_EQ(read_panoptic(folder / "panoptic.txt").class_id, classes({1, 5, 0, 2}));
+  EXPECT_EQ(read_semantic(folder / "semantic.txt"), classes({1, 5, 0, 2}));
+}
+
+TEST(IdSpace, ATruthOfInstancesAloneIsRefusedWherePredictionsHaveStuff) {
+  EXPECT_THAT(test::error_of([&] {
+                require_stuff("s", classes({5, 0, 0}), classes({5, 1, 2}));
+              }),
+              HasSubstr("s: the ground truth has neither wall nor floor"));
+  EXPECT_NO_THROW(require_stuff("s", classes({5, 0, 0}), classes({5, 5, 0})));
+  EXPECT_NO_THROW(require_stuff("s", classes({5, 1, 0}), classes({5, 5, 2})));
+}
+
+TEST(IdSpace, APredictionWithoutAnyClassIsNamed) {
+  EXPECT_THAT(label_notices("s", classes({1, 5}), classes({0, 0})), ElementsAre("s: the prediction names no class"));
 }
 
 TEST(IdSpace, ATruthOfAnotherPlaceOrUnitIsNamed) {

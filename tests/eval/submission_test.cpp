@@ -97,8 +97,8 @@ TEST(Submission, TakesIdsOutsideTheClassesAsUnknown) {
   const VertexLabels labels = read_panoptic(file);
   EXPECT_THAT(labels.class_id, ElementsAre(kChair, ClassId{0}, ClassId{0}, ClassId{0}, ClassId{0}, ClassId{39}));
   EXPECT_THAT(labels.instance, ElementsAre(1, 0, 0, 0, 0, 0));
-  write_file(file, "5\n-1\n70000\n41\n");
-  EXPECT_THAT(read_semantic(file), ElementsAre(kChair, ClassId{0}, ClassId{0}, ClassId{41}));
+  write_file(file, "5\n5\n-1\n70000\n41\n");
+  EXPECT_THAT(read_semantic(file), ElementsAre(kChair, kChair, ClassId{0}, ClassId{0}, ClassId{41}));
 }
 
 TEST(Submission, FindsTheScenesOfAFolder) {
@@ -116,8 +116,8 @@ TEST(Submission, FindsTheTruthInTextOrInAScan) {
   const fs::path folder = fresh_folder("gt");
   write_file(folder / "a.txt", "5001\n2000\n");
   EXPECT_EQ(read_truth(folder, "a", SubmissionForm::kInstance).class_id[0], kChair);
-  EXPECT_EQ(read_truth(folder, "a", SubmissionForm::kSemantic).class_id[0], ClassId{5001})
-      << "in this form the number is the class";
+  write_file(folder / "semantic.txt", "5\n2\n");
+  EXPECT_EQ(read_truth(folder, "semantic", SubmissionForm::kSemantic).class_id[0], kChair);
   ScanTruth scan;
   scan.scene = "b";
   scan.positions.resize(1);

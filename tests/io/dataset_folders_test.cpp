@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 
@@ -178,13 +179,51 @@ TEST(Folders, GivePosesWithNumbersToTheFramesOfTheseNumbers) {
   EXPECT_THAT(open_recording(root)->notes().assumed, Contains(HasSubstr("begin with number 0 and the images with 5")));
 }
 
-TEST(Folders, SayThatPosesAreTakenInNumericOrderWhereTextOrderDiffers) {
+TEST(Folders, ReadTextWithOldMacintoshLineEndsAndInUtf16) {
   const fs::path root = fresh_folder("plain");
-  write_images(root, {"images/{}.jpg", "depth/{}.png", 8});
+  write_images(root);
+  std::string text = pose_lines();
+  std::string camera = intrinsic_text(depth_camera());
+  for (std::string* file : {&text, &camera}) std::replace(file->begin(), file->end(), '\n', '\r');
+  write_text(root / "K.txt", camera);
+  write_text(root / "poses.txt", text);
+  expect_frames(root, "plain folder");
+  std::string wide = "\xFF\xFE";
+  for (const char c : pose_lines()) wide += {c, '\0'};
+  write_text(root / "poses.txt", wide);
+  expect_frames(root, "plain folder");
+}
+
+TEST(Folders, TakeTheSizeThatMostImagesHave) {
+  const fs::path root = fresh_folder("plain");
+  write_images(root);
+  write_depth(root / "depth/00000.png", raw_depth(0, {16, 12}));
   write_text(root / "K.txt", intrinsic_text(depth_camera()));
   write_text(root / "poses.txt", pose_lines());
-  expect_frames(root, "plain folder");
-  EXPECT_THAT(open_recording(root)->notes().assumed, Contains(HasSubstr("order of the images' numbers")));
+  const auto dataset = open_recording(root);
+  EXPECT_EQ(dataset->read(0).skipped.reason, "depth image is 16x12, expected 32x24");
+  for (int i = 1; i < kFrameCount; ++i) expect_frame(dataset->read(static_cast<std::size_t>(i)), i, 1000, 6);
+}
+
+TEST(Folders, NameColourAndDepthThatAreSwapped) {
+  const fs::path root = fresh_folder("plain");
+  write_images(root, {.color = "depth/{:05}.jpg", .depth = "images/{:05}.png"});
+  write_text(root / "K.txt", intrinsic_text(depth_camera()));
+  write_text(root / "poses.txt", pose_lines());
+  EXPECT_THAT(error_of(root), HasSubstr("whose colour and depth are swapped: images/00000.png has one channel of 16 bits"));
+}
+
+TEST(Folders, NameImagesOfAnEndingThatIsNotRead) {
+  const fs::path root = fresh_folder("plain");
+  write_images(root, {.color = "images/{:05}.png"});
+  for (int i = 0; i < kFrameCount; ++i)
+    fs::rename(root / fmt::format("images/{:05}.png", i), root / fmt::format("images/{:05}.webp", i));
+  write_text(root / "K.txt", intrinsic_text(depth_camera()));
+  write_text(root / "poses.txt", pose_lines());
+  EXPECT_THAT(error_of(root), HasSubstr("images: no colour image (.png, .jpg, .jpeg); it has 4 files, 00000.webp for one"));
+  fs::remove(root / "poses.txt");
+  write_text(root / "poses.json", "[]");
+  EXPECT_THAT(error_of(root), HasSubstr("poses are not read from poses.json: write them to poses.txt"));
 }
 
 TEST(Folders, ReadIntrinsicsInAnyUsualForm) {
@@ -196,6 +235,8 @@ TEST(Folders, ReadIntrinsicsInAnyUsualForm) {
       {"K.txt", "30 0 0 0 31 0 15.5 11.5 1\n"},
       {"K.txt", "[[30.   0.  15.5]\n [ 0.  31.  11.5]\n [ 0.   0.   1. ]]\n"},
       {"intrinsics.txt", "30 0 15.5\n0 31 11.5\n0 0 1\n"},
+      {"K.txt", "fx: 30\nfy: 31\ncx: 15.5\ncy: 11.5\n"},
+      {"K.txt", "cx,cy,fx,fy\r\n15.5,11.5,30,31\r\n"},
       {"intrinsic.json", kOpen3dCamera},
       {"camera.json", R"({"camera": {"w": 32, "h": 24, "fx": 30, "fy": 31, "cx": 15.5, "cy": 11.5}})"},
       {"camera_intrinsics.json", R"({"K": [[30, 0, 15.5], [0, 31, 11.5], [0, 0, 1]]})"}};

@@ -89,6 +89,13 @@ TEST(Preflight, NamesTheUsualScaleWhereAnotherFitsAsWell) {
   EXPECT_THAT(check.remedy, HasSubstr("write [depth] scale = 1000 in the calibration file, not 5000")) << check.evidence;
 }
 
+TEST(Preflight, NamesTheBinaryScaleBesideTheQuarter) {
+  BoxRoom room = walk_through_a_room();
+  room.depth_factor = 0.256;
+  room.told_notes.depth_scale = 1000;
+  EXPECT_THAT(check_named(preflight(room), "depth scale").remedy, HasSubstr("(usually 256 instead of 1000)"));
+}
+
 TEST(Preflight, RefusesDepthThatNoCameraMeasures) {
   BoxRoom room = walk_through_a_room();
   room.depth_factor = 0.001;
@@ -122,6 +129,36 @@ TEST(Preflight, FindsInverseAndTurnedPoses) {
   BoxRoom opengl = walk_through_a_room();
   for (Pose& pose : opengl.told) pose.linear() = pose.linear() * Vec3d(1, -1, -1).asDiagonal();
   expect_only(preflight(opengl), "poses", Verdict::kFailed, "y and z flipped (OpenGL camera axes)");
+}
+
+TEST(Preflight, FindsQuaternionsWithWAtTheOtherEnd) {
+  const auto told = [](const auto& reorder) {
+    BoxRoom room = walk_through_a_room();
+    for (Pose& pose : room.told) pose.linear() = reorder(Eigen::Quaterniond(pose.linear())).toRotationMatrix();
+    return preflight(room);
+  };
+  using Q = Eigen::Quaterniond;  // w x y z
+  expect_only(told([](const Q& q) { return Q(q.z(), q.w(), q.x(), q.y()); }), "poses", Verdict::kFailed, "qw qx qy qz");
+  expect_only(told([](const Q& q) { return Q(q.x(), q.y(), q.z(), q.w()); }), "poses", Verdict::kFailed, "qx qy qz qw");
+}
+
+TEST(Preflight, FindsDepthAlongTheRays) {
+  BoxRoom room = walk_through_a_room();
+  room.camera = {160, 120, 140, 140, 79.5, 59.5};
+  room.spoil = [camera = room.camera](Image<float>& depth) {
+    for (int v = 0; v < camera.height; ++v) {
+      for (int u = 0; u < camera.width; ++u) depth(u, v) *= static_cast<float>(back_project(camera, u, v, 1).norm());
+    }
+  };
+  expect_only(preflight(room), "depth scale", Verdict::kFailed, "the distance from the camera's centre");
+}
+
+TEST(Preflight, NamesTheOrderOfFourIntrinsics) {
+  BoxRoom room = walk_through_a_room();
+  room.camera = {160, 120, 79.5, 59.5, 140, 140};
+  EXPECT_THAT(check_named(preflight(room), "depth intrinsics").remedy, HasSubstr("the numbers look like cx cy fx fy"));
+  room.camera = {160, 120, 140, 79.5, 140, 59.5};
+  EXPECT_THAT(check_named(preflight(room), "depth intrinsics").remedy, HasSubstr("the numbers look like fx cx fy cy"));
 }
 
 TEST(Preflight, FindsPosesThatAreAllTheSame) {

@@ -19,6 +19,7 @@ namespace {
 
 using test::error_of;
 using test::fresh_folder;
+using testing::Contains;
 using testing::HasSubstr;
 
 constexpr auto kWall = static_cast<ClassId>(3);
@@ -135,12 +136,27 @@ TEST(CocoPanoptic, FindsFramesByTheNumberInTheFileName) {
   EXPECT_TRUE(predictor->predict(frame_number(0)).segment_at.empty());
 }
 
-TEST(CocoPanoptic, CountsImagesWhereNamesHaveNoNumbers) {
+TEST(CocoPanoptic, CountsImagesWhereNamesHaveNoNumbersAndSaysSo) {
   Json json = coco_json();
   json["images"][0]["file_name"] = "kitchen.jpg";
   const auto predictor = make_file_predictor(write_coco(json), room_labels());
   EXPECT_EQ(predictor->predict(frame_number(0)).segments.size(), 2U);
-  EXPECT_TRUE(predictor->predict(frame_number(31)).segment_at.empty());
+  EXPECT_THAT(predictor->report().notes, Contains(HasSubstr("no numbers: they are taken for frames 0 to 1 in their order")));
+  EXPECT_THAT(error_of([&] { predictor->predict(frame_number(31)); }), HasSubstr("no picture for frame 31"));
+}
+
+TEST(CocoPanoptic, FindsFramesByTheNamesOfPicturesWhereImagesHaveNoNumbers) {
+  Json json = coco_json();
+  for (Json& image : json["images"]) image["file_name"] = "kitchen.jpg";
+  json["annotations"][0]["file_name"] = "frame-000006.png";
+  json["annotations"][1]["file_name"] = "frame-000003.png";
+  const std::filesystem::path folder = write_coco(json);
+  std::filesystem::rename(folder / "panoptic/a.png", folder / "panoptic/frame-000003.png");
+  std::filesystem::rename(folder / "panoptic/b.png", folder / "panoptic/frame-000006.png");
+  const auto predictor = make_file_predictor(folder, room_labels());
+  EXPECT_EQ(predictor->predict(frame_number(3)).segments.size(), 2U);
+  EXPECT_TRUE(predictor->predict(frame_number(6)).segments.empty());
+  EXPECT_TRUE(predictor->predict(frame_number(0)).segment_at.empty());
 }
 
 TEST(CocoPanoptic, BringsItsCategoriesAsLabelSet) {
