@@ -9,6 +9,7 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "panoptic/base/json.h"
 #include "panoptic/error.h"
@@ -53,6 +54,13 @@ Frame resized(const Frame& frame, double factor) {
   return result;
 }
 
+std::optional<Frame> next_usable(FrameStream& stream, double factor) {
+  while (std::optional<ReadResult> read = stream.next()) {
+    if (read->frame && check(*read->frame).used) return factor == 1 ? std::move(read->frame) : resized(*read->frame, factor);
+  }
+  return std::nullopt;
+}
+
 Json to_json(const Camera& c) {
   return {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}};
 }
@@ -84,15 +92,24 @@ void write_raw_frames(const std::filesystem::path& folder, const BenchFrames& re
                                            {"world_from_camera", std::move(poses)}});
 }
 
+std::unique_ptr<Predictor> predictor_of(const BenchSource& source, const Dataset& dataset) {
+  Options options;
+  options.predictions = source.predictions.string();
+  return make_predictor(options, dataset);
+}
+
+LabelSet labels_of(const Predictor* predictor) {
+  return predictor != nullptr ? predictor->labels() : load_label_set(kSeededLabelSet);
+}
+
 BenchFrames load_bench_frames(const BenchSource& source) {
   const auto dataset = open_dataset(source.recording, source.calibration);
-  const auto predictor = source.predictions.empty() ? nullptr : make_file_predictor(source.predictions);
-  BenchFrames result{dataset->description(), predictor ? predictor->labels() : load_label_set(kSeededLabelSet), {}, 0};
+  const auto predictor = predictor_of(source, *dataset);
+  BenchFrames result{dataset->description(), labels_of(predictor.get()), {}, 0};
   FrameStream stream(*dataset, source.range);
-  while (std::optional<ReadResult> read = stream.next()) {
-    if (!read->frame || !check(*read->frame).used) continue;
+  while (std::optional<Frame> frame = next_usable(stream, source.resize)) {
     BenchFrame& f = result.frames.emplace_back();
-    f.frame = source.resize == 1 ? std::move(*read->frame) : resized(*read->frame, source.resize);
+    f.frame = std::move(*frame);
     if (predictor) f.segmentation = predictor->predict(f.frame);
   }
   if (result.frames.empty()) throw Error(fmt::format("{}: no frame is usable; panoptic doctor says why", source.recording));
@@ -104,6 +121,29 @@ BenchFrames load_bench_frames(const BenchSource& source) {
   }
   for (const BenchFrame& f : result.frames) result.bytes += image_bytes(f);
   return result;
+}
+
+NextFrame again_and_again(const BenchFrames& recording) {
+  const std::int64_t numbers = recording.frames.back().frame.index + 1;
+  const double lasts_s = recording.frames.back().frame.time_s - recording.frames.front().frame.time_s + 1.0 / 30;
+  return [&recording, numbers, lasts_s, given = std::size_t{0}]() mutable -> std::optional<BenchFrame> {
+    const std::size_t lap = given / recording.frames.size();
+    BenchFrame next = recording.frames[given++ % recording.frames.size()];
+    next.frame.index += static_cast<std::int64_t>(lap) * numbers;
+    next.frame.time_s += static_cast<double>(lap) * lasts_s;
+    return next;
+  };
+}
+
+NextFrame streamed(const BenchSource& source, const Dataset& dataset, Predictor* predictor) {
+  const auto stream = std::make_shared<FrameStream>(dataset, source.range);
+  const LabelSet labels = labels_of(predictor);
+  return [=, &source]() -> std::optional<BenchFrame> {
+    std::optional<Frame> frame = next_usable(*stream, source.resize);
+    if (!frame) return std::nullopt;
+    Segmentation seen = predictor != nullptr ? predictor->predict(*frame) : seeded_labels(*frame, labels, source.seeded);
+    return BenchFrame{std::move(*frame), std::move(seen)};
+  };
 }
 
 }  // namespace panoptic

@@ -6,12 +6,16 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/seeded_labels.h"
 #include "panoptic/frame.h"
 #include "panoptic/labels.h"
+#include "panoptic/predictor.h"
 #include "panoptic/segmentation.h"
 #include "panoptic/source.h"
 
@@ -38,8 +42,21 @@ struct BenchSource {
   double resize = 1;  // of images and cameras; labels are made up afterwards
 };
 
+// The predictions that the source or its list of recordings names; nullptr: labels are made up.
+std::unique_ptr<Predictor> predictor_of(const BenchSource& source, const Dataset& dataset);
+LabelSet labels_of(const Predictor* predictor);
+
 // Throws Error if nothing usable is there.
 BenchFrames load_bench_frames(const BenchSource& source);
+
+// Gives one frame after the other; nothing at the end.
+using NextFrame = std::function<std::optional<BenchFrame>()>;
+
+// The recording again and again without end, with numbers and time stamps that go on. It must outlive the result.
+NextFrame again_and_again(const BenchFrames& recording);
+
+// The usable frames of the dataset, read as they are asked for. Both must outlive the result.
+NextFrame streamed(const BenchSource& source, const Dataset& dataset, Predictor* predictor);
 
 // For programs of others: `folder`/frames.json (cameras, sizes, 4x4 poses row by row), depth.u16 (millimetres, 0 = none) and
 // color.rgb, frame after frame. Throws Error if it cannot be written.

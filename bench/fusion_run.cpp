@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <fstream>
 #include <optional>
 
+#include "bench/process_memory.h"
 #include "panoptic/error.h"
 #include "panoptic/mapper.h"
 #include "panoptic/meshing/mesher.h"
@@ -21,20 +21,6 @@ double cpu_seconds() {
   timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
-}
-
-// The kernel's highest mark of resident memory starts anew; where it cannot be reset, it stays that of the whole process.
-void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
-
-double peak_memory_mb() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    if (word != "VmHWM:") continue;
-    double kilobytes = 0;
-    status >> kilobytes;
-    return kilobytes * 1024 / 1e6;
-  }
-  return peak_rss_mb();
 }
 
 // The time that each stage took since the last call, from the mapper's running totals.

@@ -8,12 +8,14 @@
 #include <cstdio>
 #include <exception>
 
+#include "bench/endurance.h"
 #include "bench/fusion_run.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/version.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/parallel.h"
 #include "panoptic/profile.h"
+#include "panoptic/simulation.h"
 #include "panoptic/voxel_map.h"
 
 namespace panoptic {
@@ -28,6 +30,8 @@ struct BenchArguments {
   std::string json;
   std::string raw_frames;
   int threads = 0;
+  EnduranceSettings endurance;  // frames = 0: not asked for
+  bool is_streamed = false;
 };
 
 void add_options(CLI::App& app, BenchArguments& a) {
@@ -52,6 +56,21 @@ void add_options(CLI::App& app, BenchArguments& a) {
   app.add_option("--mesh", a.settings.mesh, "write the full mesh to this PLY file");
   app.add_option("--raw-frames", a.raw_frames, "write the decoded frames to this folder for other programs, and measure nothing");
   app.add_option("--json", a.json, "write the result to this file");
+}
+
+void add_endurance(CLI::App& app, BenchArguments& a) {
+  CLI::Option* frames =
+      app.add_option(
+             "--endurance", a.endurance.frames,
+             "instead: one map of so many frames on one thread, the recording again and again, with time, memory, objects "
+             "and size on disk as they change")
+          ->check(CLI::Range(1, 1000000000));
+  app.add_option("--look-every", a.endurance.every, "frames between two looks at them, default 1000")
+      ->check(CLI::Range(1, 1000000000))
+      ->needs(frames);
+  app.add_flag("--streamed", a.is_streamed, "read the recording while it is mapped, once, instead of decoding it beforehand")
+      ->needs(frames);
+  app.add_option("--save", a.endurance.save, "map file that is written anew at each look")->needs(frames);
 }
 
 Json to_json(const BenchArguments& a, const BenchFrames& recording, const BenchResult& result) {
@@ -110,6 +129,47 @@ void print(const Json& result) {
       result["peak_rss_mb"].get<double>(), result["map_hash"].get<std::string>());
 }
 
+Json to_json(const EnduranceLook& look) {
+  return {{"frames", look.frames},       {"cpu_ms", look.cpu_ms},
+          {"stages_ms", look.stages_ms}, {"rss_mb", look.rss_mb},
+          {"map_mb", look.map_mb},       {"blocks", look.blocks},
+          {"objects", look.objects},     {"observed_voxels", look.observed_voxels},
+          {"file_mb", look.file_mb},     {"ids_given", look.ids_given}};
+}
+
+void print(const EnduranceResult& result) {
+  fmt::print("{:>9}{:>9}{:>9}{:>9}{:>9}{:>11}{:>9}{:>9}\n", "frames", "CPU ms", "RSS MB", "map MB", "file MB", "Mvoxels",
+             "objects", "ids");
+  for (const EnduranceLook& l : result.looks) {
+    fmt::print("{:>9}{:>9.2f}{:>9.1f}{:>9.1f}{:>9.2f}{:>11.3f}{:>9}{:>9}\n", l.frames, l.cpu_ms, l.rss_mb, l.map_mb, l.file_mb,
+               static_cast<double>(l.observed_voxels) / 1e6, l.objects, l.ids_given);
+  }
+  fmt::print("peak {:.0f} MB; hash {:016x}\n", result.peak_rss_mb, result.map_hash);
+}
+
+void bench_endurance(BenchArguments& a) {
+  a.endurance.options = a.settings.options;
+  const auto dataset = a.is_streamed ? open_dataset(a.source.recording, a.source.calibration) : nullptr;
+  const auto predictor = a.is_streamed ? predictor_of(a.source, *dataset) : nullptr;
+  const BenchFrames decoded =
+      a.is_streamed ? BenchFrames{dataset->description(), labels_of(predictor.get()), {}, 0} : load_bench_frames(a.source);
+  set_thread_count(1);
+  const NextFrame next = a.is_streamed ? streamed(a.source, *dataset, predictor.get()) : again_and_again(decoded);
+  const EnduranceResult result = endure(next, decoded.labels, a.endurance);
+  fmt::print("{}; voxels of {:.3g} m\n", decoded.description, a.settings.options.map.voxel_size_m);
+  print(result);
+  Json looks = Json::array();
+  for (const EnduranceLook& look : result.looks) looks.push_back(to_json(look));
+  if (a.json.empty()) return;
+  write_json_file(a.json, {{"program", fmt::format("panoptic {}", version())},
+                           {"recording", decoded.description},
+                           {"voxel_size_m", a.settings.options.map.voxel_size_m},
+                           {"decoded_mb", static_cast<double>(decoded.bytes) / 1e6},
+                           {"peak_rss_mb", result.peak_rss_mb},
+                           {"map_hash", fmt::format("{:016x}", result.map_hash)},
+                           {"looks", std::move(looks)}});
+}
+
 void bench(BenchArguments& a) {
   Options& options = a.settings.options;
   if (!a.config.empty()) options = load_options(a.config);
@@ -117,6 +177,7 @@ void bench(BenchArguments& a) {
   for (const std::string& assignment : a.assignments) set_field(all, assignment);
   if (!a.frames.empty()) a.source.range = parse_frame_range(a.frames);
   set_thread_count(0);
+  if (a.endurance.frames > 0) return bench_endurance(a);
   const BenchFrames recording = load_bench_frames(a.source);
   if (!a.raw_frames.empty()) return write_raw_frames(a.raw_frames, recording);
   set_thread_count(a.threads);
@@ -132,6 +193,7 @@ int main(int argc, char** argv) {
   panoptic::BenchArguments arguments;
   CLI::App app("Times of the fusion side on a recording that is decoded into memory beforehand.", "panoptic-bench");
   panoptic::add_options(app, arguments);
+  panoptic::add_endurance(app, arguments);
   CLI11_PARSE(app, argc, argv);
   try {
     panoptic::bench(arguments);

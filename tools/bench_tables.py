@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the JSON of the benchmarks to the tables of docs/benchmarks.md (Markdown)."""
+"""From the JSON of the benchmarks to the tables (Markdown) and charts of docs/benchmarks.md."""
+import svg_chart
 
 BAND_BYTES = 20  # of a voxel: distance, weight, label weight, label, three colours
 # What one pixel or voxel costs in arithmetic, counted from the kernels' source: operations on floats, a division, a root or a
@@ -58,9 +59,10 @@ def growth_line(rows):
 
 
 def peers_table(result):
-    rows = [[f"{r['voxel_m'] * 100:g} cm", f"{r['ours_ms']:.2f}", f"{r['grid_ms']:.2f}", f"{r['volume_ms']:.2f}", f"{r['ratio']:.1f}"]
-            for r in result["rows"]]
-    return table(["voxel", "ours, with labels (ms)", "VoxelBlockGrid (ms)", "ScalableTSDFVolume (ms)", "ratio to the faster"], rows)
+    rows = [[f"{r['voxel_m'] * 100:g} cm", f"{r['ours_ms']:.2f}", f"{r['grid_ms']:.2f}", f"{r['volume_ms']:.2f}", f"{r['ratio']:.1f}",
+             *(f"{r[who + '_mb']:.0f}" for who in ("ours", "grid", "volume"))] for r in result["rows"]]
+    return table(["voxel", "ours, with labels (ms)", "VoxelBlockGrid (ms)", "ScalableTSDFVolume (ms)", "ratio to the faster",
+                  "map MB: ours, with labels", "VoxelBlockGrid", "ScalableTSDFVolume"], rows)
 
 
 def surfaces_table(result):
@@ -71,6 +73,75 @@ def surfaces_table(result):
             rows.append([f"{r['voxel_m'] * 100:g} cm", name, f"{five['f_score'] * 100:.2f}", f"{half['f_score'] * 100:.2f}",
                          f"{scores['accuracy_m'] * 1e3:.2f}", f"{scores['completion_m'] * 1e3:.2f}"])
     return table(["voxel", "mesh", "F 5 cm", "F 2.5 cm", "accuracy, mm", "completion, mm"], rows)
+
+
+STAGES = ("register", "reference", "track", "integrate", "maintain", "regularize")
+
+
+def buildings_table(rows):
+    """rows: (rooms, result of panoptic-bench --endurance)."""
+    cells = []
+    for rooms, result in rows:
+        looks = result["looks"]
+        last = looks[-1]
+        elapsed = {s: weighted(looks, lambda look, s=s: look["stages_ms"].get(s, 0)) for s in STAGES}
+        total = sum(elapsed.values())
+        cells.append([str(rooms), str(last["frames"]), f"{last['observed_voxels'] / 1e6:.2f}", f"{last['map_mb']:.0f}",
+                      f"{last['map_mb'] * 1e6 / last['observed_voxels']:.1f}", f"{result['peak_rss_mb']:.0f}",
+                      f"{weighted(looks, lambda look: look['cpu_ms']):.2f}", *(f"{elapsed[s] / total * 100:.0f} %" for s in STAGES)])
+    return table(["rooms", "frames", "million observed voxels", "map MB", "bytes per observed voxel", "peak MB", "CPU ms a frame", *STAGES], cells)
+
+
+def weighted(looks, value):
+    """The mean over frames of what looks hold as means since the look before."""
+    before = [0] + [look["frames"] for look in looks[:-1]]
+    spans = [look["frames"] - b for look, b in zip(looks, before)]
+    return sum(span * value(look) for span, look in zip(spans, looks)) / sum(spans)
+
+
+def homes_line(result, homes):
+    """How much dearer a frame is in each home than in the first. REQUIRES that looks do not lie across homes."""
+    looks = result["looks"]
+    each = len(looks) // homes
+    means = [sum(look["cpu_ms"] for look in looks[i * each:(i + 1) * each]) / each for i in range(homes)]
+    changes = ", ".join(f"{(m / means[0] - 1) * 100:+.0f} %" for m in means[1:])
+    return (f"A frame of the first flat takes {means[0]:.2f} ms of the processor, of the next ones {changes}, in one run. "
+            f"The map of all has {looks[-1]['map_mb']:.0f} MB.")
+
+
+def map_chart(title, result):
+    looks = result["looks"]
+    series = {"process, 10 MB": [(look["frames"] / 1e3, look["rss_mb"] / 10) for look in looks],
+              "map, 10 MB": [(look["frames"] / 1e3, look["map_mb"] / 10) for look in looks],
+              "frame, ms": [(look["frames"] / 1e3, look["cpu_ms"]) for look in looks]}
+    return svg_chart.line_chart(title, "thousand frames", "10 MB, ms of CPU", series)
+
+
+def endurance_table(result, rows=8):
+    looks = result["looks"]
+    chosen = sorted({round(i * (len(looks) - 1) / (rows - 1)) for i in range(rows)})
+    cells = [[f"{look['frames']:,}", f"{look['cpu_ms']:.2f}", f"{look['rss_mb'] - result['decoded_mb']:.0f}", f"{look['map_mb']:.1f}",
+              f"{look['file_mb']:.2f}", str(look["objects"]), f"{look['ids_given']:,}"] for look in (looks[i] for i in chosen)]
+    return table(["frames", "CPU ms a frame", "process MB (without the decoded frames)", "map MB", "file MB", "objects", "ids given"], cells)
+
+
+def endurance_line(result):
+    """From the end of the first tenth to the end."""
+    looks = result["looks"]
+    early, late = looks[max(0, len(looks) // 10 - 1)], looks[-1]
+    middle = len(looks) // 2
+    times = [sum(look["cpu_ms"] for look in half) / len(half) for half in (looks[:middle], looks[middle:])]
+    return (f"From frame {early['frames']:,} to frame {late['frames']:,}: process {late['rss_mb'] - early['rss_mb']:+.1f} MB, map "
+            f"{late['map_mb'] - early['map_mb']:+.1f} MB, file {late['file_mb'] - early['file_mb']:+.2f} MB; time of a frame in the second half "
+            f"{(times[1] / times[0] - 1) * 100:+.0f} % of the first half's.")
+
+
+def endurance_chart(result):
+    looks = result["looks"]
+    series = {"process, 10 MB": [(look["frames"] / 1e3, (look["rss_mb"] - result["decoded_mb"]) / 10) for look in looks],
+              "file, MB": [(look["frames"] / 1e3, look["file_mb"]) for look in looks],
+              "frame, ms": [(look["frames"] / 1e3, look["cpu_ms"]) for look in looks]}
+    return svg_chart.line_chart("One room again and again", "thousand frames", "10 MB, MB, ms of CPU", series)
 
 
 def machine_table(machine):

@@ -33,7 +33,7 @@ void add_threads(CLI::App& app, Arguments& a) {
 void add_recording(CLI::App& app, Arguments& a) {
   app.add_option("dataset", a.dataset,
                  "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder;\n"
-                 "or a simulated home: sim:SEED[,rooms=R,frames=F,noise=P]")
+                 "a list of recordings, LIST.toml, to map them as one; or a simulated home: sim:SEED[,rooms=R,frames=F,noise=P]")
       ->required();
   constexpr double kLongest_s = 1e6;
   app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, lens, depth scale and the colour camera");

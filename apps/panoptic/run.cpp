@@ -64,10 +64,11 @@ void print_online(const OnlineReport& o) {
   }
 }
 
-std::string predictor_text(const Options& options) {
+// The source of labels, if there is one: what the options name, else what the list of recordings does.
+std::string predictor_text(const Options& options, const std::string& list) {
   if (!options.predictions.empty()) return options.predictions;
   const std::string networks = networks_text(options.networks);
-  return networks.empty() ? kNoPredictor : networks;
+  return networks.empty() ? "the predictions of " + list : networks;
 }
 
 void print_closing(const Mapper& mapper, const RunSummary& summary, const std::string& output) {
@@ -96,8 +97,8 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
   CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
   settings.warn = [](const std::string& what) { tell(fmt::format("\n{}\n", what)); };
-  const RunIdentity identity{summary.recording, summary.calibration, arguments.frames,
-                             options,           arguments.online,    summary.pair_tolerance_s};
+  const RunIdentity identity{summary.recording, summary.calibration,      arguments.frames,           options,
+                             arguments.online,  summary.pair_tolerance_s, to_text(summary.recordings)};
   auto checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, mapper);
   if (checkpoints->was_complete()) {
     fmt::print("map       {} is complete: nothing is left to map\n", arguments.map);
@@ -181,14 +182,14 @@ std::string title_of(const std::string& recording) {
 }
 
 // The facts about the run that are known before it begins.
-RunSummary summary_of(const Arguments& arguments, const Options& options, const Dataset& dataset) {
+RunSummary summary_of(const Arguments& arguments, const Dataset& dataset) {
   RunSummary summary;
   summary.dataset = dataset.description();
   summary.recording = absolute_recording(arguments.dataset);
   if (!arguments.calibration.empty()) summary.calibration = std::filesystem::absolute(arguments.calibration).string();
+  summary.recordings = recordings_of(dataset);
   summary.pair_tolerance_s = arguments.pair_tolerance_s;
   summary.notes = dataset.notes();
-  summary.predictor = predictor_text(options);
   summary.pictures = !arguments.no_pictures;
   return summary;
 }
@@ -226,7 +227,7 @@ int run(const Arguments& arguments) {
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
   const auto dataset = open_checked(arguments);
-  const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options);
+  const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options, *dataset);
   Mapper mapper(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;
   std::unique_ptr<ViewerServer> viewer;
@@ -236,11 +237,12 @@ int run(const Arguments& arguments) {
   }
   watch_for_interrupt();
   fmt::print("{}\nlabels    {}\n", dataset->description(),
-             predictor ? predictor_text(options) : "none: mapping geometry and colour");
+             predictor ? predictor_text(options, arguments.dataset) : "none: mapping geometry and colour");
   if (viewer) fmt::print("look at   {}\n", viewer->url());
   std::fflush(stdout);
 
-  RunSummary summary = summary_of(arguments, options, *dataset);
+  RunSummary summary = summary_of(arguments, *dataset);
+  summary.predictor = predictor ? predictor_text(options, arguments.dataset) : kNoPredictor;
   const auto checkpoints = keep_map_file(arguments, placed, summary, mapper);
   const Stopwatch stopwatch;
   MappingResult result = [&] {

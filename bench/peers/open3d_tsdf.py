@@ -8,7 +8,9 @@ Usage: open3d_tsdf.py RECORDING --bench build/release/panoptic-bench [--calibrat
 
 Needs Debian's python3-open3d. Ours integrates colour and labels, theirs colour alone. panoptic-bench decodes the frames for all.
 Theirs take the colour image as it is, although a recording's cameras may stand apart: that costs them no time. Times are those of
-integration alone, each frame with its best of all rounds; medians over frames. With --truth the meshes of the last round are
+integration alone, each frame with its best of all rounds; medians over frames. Memory is that of the map: ours as it counts itself (index and
+slack included), of VoxelBlockGrid the blocks in use (what it allocated beforehand is left out), of ScalableTSDFVolume, which does not
+say, what the process grew by while it integrated. With --truth the meshes of the last round are
 scored by the metrics of `panoptic eval`.
 """
 import argparse
@@ -50,6 +52,16 @@ class Frames:
 
     def __len__(self):
         return len(self.extrinsic)
+
+
+def rss_mb():
+    pages = int(pathlib.Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def grid_mb(grid):
+    """Of the blocks in use: distance, weight and colour of each voxel are floats."""
+    return grid.hashmap().size() * 16 ** 3 * 5 * 4 / 1e6
 
 
 def timed(work):
@@ -98,7 +110,7 @@ def bench(arguments, *more):
 
 def ours(arguments, voxel_m, scratch):
     bench(arguments, "--repeat", "1", "--json", scratch / "bench.json", "--mesh", scratch / "ours.ply", "--set", f"map.voxel_size_m={voxel_m}")
-    return json.loads((scratch / "bench.json").read_text(encoding="utf-8"))["stages"]["integrate"]["p50_ms"]
+    return json.loads((scratch / "bench.json").read_text(encoding="utf-8"))
 
 
 def write_ply(path, positions, triangles):
@@ -143,8 +155,10 @@ def theirs(scratch, voxel_m, with_meshes):
     scratch = pathlib.Path(scratch)
     frames = Frames(scratch / "raw")
     grid_ms, grid = voxel_block_grid(frames, float(voxel_m))
+    before_mb = rss_mb()
     volume_ms, volume = scalable_volume(frames, float(voxel_m))
-    (scratch / "theirs.json").write_text(json.dumps({"grid_ms": grid_ms, "volume_ms": volume_ms}), encoding="utf-8")
+    measured = {"grid_ms": grid_ms, "volume_ms": volume_ms, "grid_mb": grid_mb(grid), "volume_mb": rss_mb() - before_mb}
+    (scratch / "theirs.json").write_text(json.dumps(measured), encoding="utf-8")
     if not with_meshes:
         return
     mesh = volume.extract_triangle_mesh()
@@ -155,7 +169,8 @@ def theirs(scratch, voxel_m, with_meshes):
 def compared(arguments, voxel_m, scratch):
     our_p50, grid_ms, volume_ms = [], [], []
     for done in range(arguments.rounds):
-        our_p50.append(ours(arguments, voxel_m, scratch))
+        our_result = ours(arguments, voxel_m, scratch)
+        our_p50.append(our_result["stages"]["integrate"]["p50_ms"])
         # At its best: passive waiting costs it a factor of 2 to 3. In a process of its own, because threads that wait actively keep
         # a core busy as long as they live, which would halve our speed.
         with_meshes = "meshes" if arguments.truth and done == arguments.rounds - 1 else ""
@@ -164,7 +179,8 @@ def compared(arguments, voxel_m, scratch):
         grid_ms.append(times["grid_ms"])
         volume_ms.append(times["volume_ms"])
     row = {"voxel_m": voxel_m, "ours_ms": min(our_p50), "grid_ms": statistics.median(np.min(grid_ms, axis=0)),
-           "volume_ms": statistics.median(np.min(volume_ms, axis=0))}
+           "volume_ms": statistics.median(np.min(volume_ms, axis=0)), "ours_mb": our_result["map_mb"], "grid_mb": times["grid_mb"],
+           "volume_mb": times["volume_mb"]}
     row["ratio"] = min(row["grid_ms"], row["volume_ms"]) / row["ours_ms"]
     if arguments.truth:
         row["surface"] = surfaces(arguments, scratch)
@@ -201,7 +217,8 @@ def main():
     print(f"Open3D {o3d.__version__}, {len(frames)} frames, {os.cpu_count()} cores")
     for row in rows:
         print(f"{row['voxel_m'] * 100:g} cm: ours, with labels {row['ours_ms']:.2f} ms, VoxelBlockGrid {row['grid_ms']:.2f} ms, "
-              f"ScalableTSDFVolume {row['volume_ms']:.2f} ms, ratio to the faster {row['ratio']:.1f}")
+              f"ScalableTSDFVolume {row['volume_ms']:.2f} ms, ratio to the faster {row['ratio']:.1f}; "
+              f"map {row['ours_mb']:.0f}, {row['grid_mb']:.0f} and {row['volume_mb']:.0f} MB")
         for name, scores in row.get("surface", {}).items():
             f5, f2 = (t["f_score"] * 100 for t in scores["at"])
             print(f"  {name}: F {f5:.2f} at 5 cm, {f2:.2f} at 2.5 cm; accuracy {scores['accuracy_m'] * 1e3:.2f} mm, "

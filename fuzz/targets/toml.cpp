@@ -3,6 +3,7 @@
 #include "fuzz/input.h"
 #include "panoptic/base/config.h"
 #include "panoptic/io/calibration.h"
+#include "panoptic/io/recording_list.h"
 #include "panoptic/labels.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/options.h"
@@ -27,7 +28,9 @@ void model(const std::filesystem::path& path) {
   succeeds([&] { find_weights(read, Engine::kOnnxRuntime); });
 }
 
-void calibration(const std::filesystem::path& path) {
+// The files of recordings: a list, and a calibration.
+void recording(const std::filesystem::path& path) {
+  succeeds([&] { read_recording_list(path); });
   Calibration read;
   read_calibration(path, read);
   succeeds([&] { fitted(read, {640, 480}, {1296, 968}, "input"); });
@@ -48,7 +51,7 @@ void toml(Input input) {
       case 1:
         return model(path);
       case 2:
-        return calibration(path);
+        return recording(path);
       case 3:
         load_label_set(path.string());
         return;

@@ -75,6 +75,11 @@ std::unique_ptr<Predictor> make_file_predictor(const std::filesystem::path& path
 // Throws Error.
 std::unique_ptr<Predictor> make_predictor(const Options& options);
 
+// The same for the frames of this dataset: if the options name neither and it is a list of recordings (docs/datasets.md), the
+// predictions that the list names for each.
+class Dataset;
+std::unique_ptr<Predictor> make_predictor(const Options& options, const Dataset& dataset);
+
 // The label set of a run: the predictor's, or without one what the options name.
 LabelSet labels_of(const Options& options, const Predictor* predictor);
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "panoptic/map_file.h"
 #include "panoptic/mapper.h"
@@ -18,11 +19,25 @@
 
 namespace panoptic {
 
+// One recording of a list (docs/datasets.md) that was mapped. Its own frame n is frame first_number + n of the run.
+struct RunRecording {
+  std::string recording;    // as RunSummary
+  std::string calibration;  // as RunSummary
+  std::string predictions;  // absolute path; empty = none
+  Pose world_from_recording = Pose::Identity();
+  std::int64_t first_number = 0;
+  std::size_t frames = 0;
+};
+
+// The recordings of a list, in their order; none if the dataset is not one.
+std::vector<RunRecording> recordings_of(const Dataset& dataset);
+
 // Facts about the run that the mapper itself does not know.
 struct RunSummary {
-  std::string dataset;      // its description
-  std::string recording;    // what open_dataset takes: an absolute path or "sim:SEED..."
-  std::string calibration;  // absolute path of the file that was used; empty = none
+  std::string dataset;                   // its description
+  std::string recording;                 // what open_dataset takes: an absolute path or "sim:SEED..."
+  std::string calibration;               // absolute path of the file that was used; empty = none
+  std::vector<RunRecording> recordings;  // of a list
   std::optional<double> pair_tolerance_s;
   RecordingNotes notes;    // of the recording
   std::string predictor;   // what made the labels, or "none"

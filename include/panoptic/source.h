@@ -67,7 +67,7 @@ class Dataset {
   std::default_sentinel_t end() const { return {}; }
 };
 
-// Recognises the format (those of docs/datasets.md: ScanNet, 7-Scenes, TUM RGB-D, Replica ... plain folders) and opens it.
+// Recognises the format (docs/datasets.md: ScanNet, 7-Scenes, TUM RGB-D ... plain folders, a list of recordings) and opens it.
 // A calibration TOML, if given, overrides intrinsics, lens, depth scale and the colour camera: see docs/datasets.md.
 // `pair_tolerance_s`: how far the time stamps of a pair of images may differ where a format pairs them by time (TUM RGB-D).
 // Throws Error if nothing is recognised or the recording is unusable as a whole, and for "sim:...", which open_dataset opens

@@ -78,23 +78,6 @@ Camera merged(Camera read, const Camera& before, std::string_view table, const s
   return same && read.width == 0 ? before : read;
 }
 
-Pose pose_of(const std::vector<double>& rotation, const std::vector<double>& translation, const std::string& path) {
-  constexpr std::size_t kNine = 9;
-  if (rotation.size() != kNine) {
-    throw Error(fmt::format("{}: color_from_depth.rotation has {} numbers, expected 9 (row by row)", path, rotation.size()));
-  }
-  if (translation.size() != 3) {
-    throw Error(fmt::format("{}: color_from_depth.translation has {} numbers, expected 3", path, translation.size()));
-  }
-  Pose pose = Pose::Identity();
-  pose.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data());
-  pose.translation() = Eigen::Map<const Vec3d>(translation.data());
-  if (!is_rigid(pose, kRotationTolerance)) {
-    throw Error(fmt::format("{}: color_from_depth.rotation is not a rotation matrix (orthonormal, determinant 1)", path));
-  }
-  return rigid(pose.matrix());
-}
-
 Camera fitted(Camera camera, ImageSize size, std::string_view what, const std::string& source) {
   if (camera.width == 0) {
     camera.width = size.width;
@@ -117,6 +100,23 @@ std::shared_ptr<const LensMap> lens_of(const Camera& camera, const Distortion& d
 }
 
 }  // namespace
+
+Pose pose_of(const std::vector<double>& rotation, const std::vector<double>& translation, const std::string& place) {
+  constexpr std::size_t kNine = 9;
+  if (rotation.size() != kNine) {
+    throw Error(fmt::format("{}rotation has {} numbers, expected 9 (row by row)", place, rotation.size()));
+  }
+  if (translation.size() != 3) {
+    throw Error(fmt::format("{}translation has {} numbers, expected 3", place, translation.size()));
+  }
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data());
+  pose.translation() = Eigen::Map<const Vec3d>(translation.data());
+  if (!is_rigid(pose, kRotationTolerance)) {
+    throw Error(fmt::format("{}rotation is not a rotation matrix (orthonormal, determinant 1)", place));
+  }
+  return rigid(pose.matrix());
+}
 
 void read_calibration(const std::filesystem::path& path, Calibration& calibration) {
   Calibration result = calibration;
@@ -148,7 +148,7 @@ void read_calibration(const std::filesystem::path& path, Calibration& calibratio
   if (!std::isnan(scale)) result.depth_scale = scale;
   result.scale_is_assumed = result.scale_is_assumed && std::isnan(scale);
   result.camera_is_assumed = result.camera_is_assumed && !depth.has_camera();
-  result.color_from_depth = pose_of(rotation, translation, path.string());
+  result.color_from_depth = pose_of(rotation, translation, path.string() + ": color_from_depth.");
   const bool color_moved = !result.color_from_depth.isApprox(calibration.color_from_depth);
   result.color_is_assumed = result.color_is_assumed && !color.has_camera() && !color_moved;
   calibration = result;

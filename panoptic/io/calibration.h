@@ -46,6 +46,9 @@ struct Calibration {
 // out of range, and for intrinsics that stay incomplete. The keys are described in docs/datasets.md.
 void read_calibration(const std::filesystem::path& path, Calibration& calibration);
 
+// A pose from 9 numbers, row by row, and 3. Throws Error, beginning with `place`, if it is none.
+Pose pose_of(const std::vector<double>& rotation, const std::vector<double>& translation, const std::string& place);
+
 // The calibration for images of these sizes: intrinsics that belong to another size of the same shape are scaled, a missing
 // colour camera becomes the depth camera, lenses get their maps. Throws Error, beginning with `source`, if intrinsics are missing
 // or the shapes differ by more than 2 %.

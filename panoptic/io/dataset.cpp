@@ -11,6 +11,7 @@
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
 #include "panoptic/io/pose_order.h"
+#include "panoptic/io/recording_list.h"
 #include "panoptic/io/sens.h"
 
 namespace panoptic {
@@ -60,7 +61,7 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
 [[noreturn]] void not_recognised(const fs::path& path) {
   const std::string why = why_no_recording(path);
   if (!why.empty()) throw Error(fmt::format("{}: no recording of a known format; {}", path.string(), why));
-  std::string formats = "a .sens file";
+  std::string formats = "a .sens file; a list of recordings (a .toml file)";
   for (const FolderFormat& format : kFolderFormats) formats += fmt::format("; {}", format.looked_for);
   throw Error(fmt::format("{}: no recording of a known format; looked for {}", path.string(), formats));
 }
@@ -97,6 +98,11 @@ std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& ca
         fmt::format("{}: a simulated home, and the simulator is not part of this: it is panoptic::simulation "
                     "(-DPANOPTIC_SIM=ON), and open_dataset opens it",
                     path.string()));
+  }
+  if (is_recording_list(path)) {
+    refuse_for_list(path, calibration, pair_tolerance_s);
+    return std::make_unique<RecordingList>(
+        path, [](const ListedRecording& r) { return open_recording(r.recording, r.calibration, r.pair_tolerance_s); });
   }
   try {
     return open_absolute(without_trailing_slash(path), calibration, {pair_tolerance_s});

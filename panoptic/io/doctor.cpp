@@ -11,6 +11,7 @@
 
 #include "panoptic/base/text.h"
 #include "panoptic/io/doctor_checks.h"
+#include "panoptic/io/doctor_list.h"
 
 namespace panoptic {
 namespace {
@@ -86,6 +87,7 @@ std::size_t DoctorReport::count(Verdict at_least) const {
 }
 
 DoctorReport diagnose(const Dataset& dataset, const DoctorOptions& options) {
+  if (const RecordingList* list = as_recording_list(dataset)) return diagnose_list(*list, options);
   Examination e{dataset.notes(), dataset.size(), examine_frames(dataset, options.frames), {}, {}, 0, {}};
   DoctorReport report{{check_frames(e), check_rotations(e)}};
   add_notes(report, e.notes);

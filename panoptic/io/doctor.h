@@ -43,7 +43,8 @@ struct DoctorOptions {
 // The look at a recording before it is mapped: less than a second for images of 640 x 480.
 inline constexpr DoctorOptions kPreflight{.frames = 12, .pairs = 8, .steps = 300};
 
-// Reads frames on several threads. Throws only what the dataset throws.
+// Reads frames on several threads. Of a list of recordings each is looked at by itself, and whether all have the same upward
+// direction. Throws only what the dataset throws.
 DoctorReport diagnose(const Dataset& dataset, const DoctorOptions& options = {});
 
 // One line a check, "ok      depth scale   ...", with the remedy on a line of its own.

@@ -19,6 +19,7 @@ namespace panoptic {
 // Names of the texts that tell of the run.
 namespace run_note {
 inline constexpr const char* kRecording = "recording";
+inline constexpr const char* kRecordings = "recordings";  // of a list
 inline constexpr const char* kCalibration = "calibration";
 inline constexpr const char* kPairTolerance = "pair_tolerance_s";
 inline constexpr const char* kFrames = "frames_range";

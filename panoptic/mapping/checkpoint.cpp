@@ -3,6 +3,7 @@
 #include "panoptic/mapping/checkpoint.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <iterator>
@@ -12,6 +13,7 @@
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/version.h"
+#include "panoptic/data/same_labels.h"
 #include "panoptic/error.h"
 #include "panoptic/map/brick_pool.h"
 #include "panoptic/mapfile/map_lock.h"
@@ -23,11 +25,14 @@ namespace panoptic {
 namespace {
 
 std::map<std::string, std::string> texts_of(const RunIdentity& identity) {
-  return {{run_note::kRecording, identity.recording},
-          {run_note::kCalibration, identity.calibration},
-          {run_note::kPairTolerance, identity.pair_tolerance_s ? fmt::format("{}", *identity.pair_tolerance_s) : ""},
-          {run_note::kFrames, identity.frames},
-          {run_note::kOptions, options_text(identity.options)}};
+  std::map<std::string, std::string> texts = {
+      {run_note::kRecording, identity.recording},
+      {run_note::kCalibration, identity.calibration},
+      {run_note::kPairTolerance, identity.pair_tolerance_s ? fmt::format("{}", *identity.pair_tolerance_s) : ""},
+      {run_note::kFrames, identity.frames},
+      {run_note::kOptions, options_text(identity.options)}};
+  if (!identity.recordings.empty()) texts[run_note::kRecordings] = identity.recordings;
+  return texts;
 }
 
 // The first line of two texts that differs, each as it is there.
@@ -44,14 +49,6 @@ std::pair<std::string, std::string> first_difference(std::string_view a, std::st
     if (of_a != of_b) return {std::string(of_a), std::string(of_b)};
   }
   return {};
-}
-
-bool same_labels(const LabelSet& a, const LabelSet& b) {
-  const auto same = [](const LabelClass& x, const LabelClass& y) {
-    return x.id == y.id && x.name == y.name && x.is_thing == y.is_thing && x.max_size_m == y.max_size_m &&
-           x.is_support == y.is_support;
-  };
-  return std::equal(a.classes().begin(), a.classes().end(), b.classes().begin(), b.classes().end(), same);
 }
 
 // A file that holds a map, but no run to go on with.
@@ -109,6 +106,16 @@ std::string options_text(Options options) {
     const std::string_view line = std::string_view(comments).substr(begin, end - begin);
     if (!line.empty() && line.front() != '#') text.append(line).push_back('\n');
     begin = end + 1;
+  }
+  return text;
+}
+
+std::string to_text(const std::vector<RunRecording>& recordings) {
+  std::string text;
+  for (const RunRecording& r : recordings) {
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose = r.world_from_recording.matrix().topRows<3>();
+    text += fmt::format("{}, frames {} from {} on, calibration '{}', predictions '{}', at {}\n", r.recording, r.frames,
+                        r.first_number, r.calibration, r.predictions, fmt::join(pose.data(), pose.data() + pose.size(), " "));
   }
   return text;
 }

@@ -31,7 +31,11 @@ struct RunIdentity {
   Options options;
   bool online = false;  // what was labelled depended on the machine: it can be kept, but not resumed
   std::optional<double> pair_tolerance_s = {};
+  std::string recordings = {};  // of a list: to_text below
 };
+
+// All that decides which frames come of the recordings of a list, one a line.
+std::string to_text(const std::vector<RunRecording>& recordings);
 
 // The text that a map file keeps of options, `key = value` a line: without those that say where a map lies in memory.
 std::string options_text(Options options);

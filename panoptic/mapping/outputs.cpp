@@ -13,6 +13,7 @@
 #include "panoptic/base/version.h"
 #include "panoptic/data/label_json.h"
 #include "panoptic/frame_statistics.h"
+#include "panoptic/io/recording_list.h"
 #include "panoptic/io/views.h"
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/mapping/option_fields.h"
@@ -88,6 +89,18 @@ Json to_json(const OnlineReport& o) {
           {"geometry_hz", o.geometry_hz},
           {"label_hz", o.label_hz},
           {"latency", to_json(o.latency)}};
+}
+
+Json to_json(const RunRecording& r) {
+  const auto path = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r.world_from_recording.linear();
+  return {{"recording", r.recording},
+          {"calibration", path(r.calibration)},
+          {"predictions", path(r.predictions)},
+          {"rotation", std::vector<double>(rotation.data(), rotation.data() + rotation.size())},
+          {"translation", to_json(Vec3d(r.world_from_recording.translation()))},
+          {"first_frame", r.first_number},
+          {"frames", r.frames}};
 }
 
 Json to_json(const OrientedBox& box) {
@@ -198,6 +211,18 @@ std::size_t labelled_vertices(const Mesh& mesh, const PanopticMap& map) {
 
 }  // namespace
 
+std::vector<RunRecording> recordings_of(const Dataset& dataset) {
+  std::vector<RunRecording> recordings;
+  const RecordingList* list = as_recording_list(dataset);
+  if (list == nullptr) return recordings;
+  for (const RecordingList::Part& part : list->parts()) {
+    const ListedRecording& r = part.listed;
+    recordings.push_back(
+        {r.recording, r.calibration, r.predictions, r.world_from_recording, part.first_number, part.dataset->size()});
+  }
+  return recordings;
+}
+
 Json objects_json(const Mapper& mapper, const Mesh& mesh) {
   Json objects = Json::array();
   for (const ObjectShape& shape : object_shapes(mesh)) {
@@ -219,6 +244,7 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
                  {"left_out", run.notes.left_out},
                  {"predictor", run.predictor},
                  {"complete", run.complete}};
+  for (const RunRecording& recording : run.recordings) report["recordings"].push_back(to_json(recording));
   if (run.pair_tolerance_s) report["pair_tolerance_s"] = *run.pair_tolerance_s;
   if (!run.complete) report["stopped_by"] = run.stopped_by;
   report["frames"] = to_json(mapper.frames());

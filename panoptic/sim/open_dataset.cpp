@@ -5,12 +5,19 @@
 #include <fmt/format.h>
 
 #include "panoptic/error.h"
+#include "panoptic/io/recording_list.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {
 
 std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration,
                                       std::optional<double> pair_tolerance_s) {
+  if (is_recording_list(path_or_simulation)) {
+    refuse_for_list(path_or_simulation, calibration, pair_tolerance_s);
+    return std::make_unique<RecordingList>(path_or_simulation, [](const ListedRecording& r) {
+      return open_dataset(r.recording, r.calibration, r.pair_tolerance_s);
+    });
+  }
   if (!path_or_simulation.starts_with("sim:")) return open_recording(path_or_simulation, calibration, pair_tolerance_s);
   if (!calibration.empty()) {
     throw Error(fmt::format("{}: a simulated home needs no calibration; leave out {}", path_or_simulation, calibration.string()));

@@ -79,6 +79,33 @@ class Tables(unittest.TestCase):
         self.assertIn("| b | 2000 | triangles 3.45e+04 |", table)
 
 
+def look(frames, cpu_ms, rss_mb=100.0):
+    return {"frames": frames, "cpu_ms": cpu_ms, "rss_mb": rss_mb, "map_mb": 20.0, "file_mb": 3.0, "observed_voxels": 800000, "objects": 7, "ids_given": 1234,
+            "stages_ms": {"register": 1.0, "integrate": 3.0, "fusion": 4.0}}
+
+
+class Endurance(unittest.TestCase):
+    def test_times_count_by_the_frames_that_they_are_of(self):
+        self.assertAlmostEqual(bench_tables.weighted([look(300, 2.0), look(600, 4.0), look(700, 10.0)], lambda l: l["cpu_ms"]), 4.0)
+
+    def test_a_building_is_a_row_with_bytes_per_observed_voxel_and_shares_of_stages(self):
+        table = bench_tables.buildings_table([(8, {"looks": [look(300, 2.0)], "peak_rss_mb": 150.0})])
+        self.assertIn("| 8 | 300 | 0.80 | 20 | 25.0 | 150 | 2.00 | 25 % | 0 % | 0 % | 75 % | 0 % | 0 % |", table)
+
+    def test_homes_are_compared_with_the_first(self):
+        line = bench_tables.homes_line({"looks": [look(300, 2.0), look(600, 4.0), look(900, 3.0), look(1200, 3.6)]}, 2)
+        self.assertIn("takes 3.00 ms", line)
+        self.assertIn("+10 %", line)
+
+    def test_growth_is_counted_from_the_end_of_the_first_tenth(self):
+        looks = [look(1000 * (i + 1), 2.0 if i < 10 else 3.0, 90.0 + i) for i in range(20)]
+        line = bench_tables.endurance_line({"looks": looks})
+        self.assertIn("From frame 2,000 to frame 20,000: process +18.0 MB", line)
+        self.assertIn("+50 %", line)
+        table = bench_tables.endurance_table({"looks": looks, "decoded_mb": 40.0}, rows=2)
+        self.assertEqual(table.splitlines()[-1], "| 20,000 | 3.00 | 69 | 20.0 | 3.00 | 7 | 1,234 |")
+
+
 class Charts(unittest.TestCase):
     def test_ticks_reach_the_largest_value_in_round_steps(self):
         self.assertEqual(svg_chart.ticks(7.3), [0, 2, 4, 6, 8])
