@@ -9,8 +9,8 @@
 
 namespace panoptic {
 
-// Threads that parallel_for may use; 0 = one per core. Call it before work starts, not during. In a child of fork whose parent had
-// set it or worked by then there is one, for good (with oneTBB).
+// Threads that parallel_for may use; 0 = one per core. Call it before work starts, not during. In a child of fork whose parent
+// had set it or worked by then there is one, for good (with oneTBB).
 void set_thread_count(int threads);
 int thread_count();
 
