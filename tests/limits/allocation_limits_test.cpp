@@ -236,7 +236,7 @@ TEST(PredictionLimits, ClaimedSizesTakeNothing) {
   write_file(folder / "p" / "000000.png", png);
   expect_at_most(kAlways, [&] { read_prediction(open_predictions(folder / "p"), 0); });
 
-  CocoPanoptic coco{labels, {}};
+  CocoPanoptic coco{.labels = labels};
   coco.pictures[0] = {folder / "p" / "000000.png", {}};
   expect_at_most(kAlways, [&] { read_coco_frame(coco, 0); });
 }
