@@ -47,6 +47,9 @@ inline void warn(const std::vector<std::string>& lines) {
 // How many forks lie between the first process and this one.
 inline int generation = 0;
 
+// Whether this process, or one that it was forked from, made networks.
+inline bool made_networks = false;
+
 // How much work runs without Python's lock, online pipelines included.
 inline std::atomic<int> work_in_progress = 0;
 

@@ -3,8 +3,11 @@
 #include "panoptic/online.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -234,7 +237,16 @@ void end_work() {
   while (work_in_progress > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
+// ONNX Runtime ends its threads when the process ends. In a child it would wait for ever, as they are the parent's: what comes
+// after Python's own end is left out there.
+void end_without_runtime(int status, void* /*unused*/) {
+  std::fflush(nullptr);
+  ::_exit(status);
+}
+
 void begin_in_child() {
+  static bool is_told = false;
+  if (made_networks && !is_told) is_told = ::on_exit(&end_without_runtime, nullptr) == 0;
   ++generation;
   work_in_progress = 0;
   PythonPipeline::forget_all();

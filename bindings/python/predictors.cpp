@@ -39,7 +39,9 @@ std::shared_ptr<SharedPredictor> shared(std::unique_ptr<Predictor> predictor, bo
 }
 
 std::shared_ptr<SharedPredictor> from_options(const Options& options) {
-  return shared(released([&] { return make_predictor(options); }), options.predictions.empty());
+  const bool of_networks = options.predictions.empty();
+  made_networks = made_networks || of_networks;
+  return shared(released([&] { return make_predictor(options); }), of_networks);
 }
 
 std::shared_ptr<SharedPredictor> from_files(const std::filesystem::path& path, const py::object& labels,

@@ -172,11 +172,11 @@ class Cost(unittest.TestCase):
         segments = ["chair"] * int(ids.max())
         frame, seen = pf.Frame(**given), pf.Segmentation(ids, segments, labels=LABELS)
         least = self.least_ms(lambda: mapper.add(frame, seen))
-        self.assertLess(self.least_ms(lambda: mapper.add(segments=(ids, segments), **given)) - least, 0.2)
+        self.assertLess(self.least_ms(lambda: mapper.add(segments=(ids, segments), **given)) - least, 0.3)  # .12 on a core that nobody shares
         panoptic = 3000 + ids.astype(np.int32)
-        self.assertLess(self.least_ms(lambda: mapper.add(segments=panoptic, **given)) - least, 0.25)
+        self.assertLess(self.least_ms(lambda: mapper.add(segments=panoptic, **given)) - least, 0.35)
         raw = np.zeros((480, 640), np.uint16)
-        self.assertLess(self.least_ms(lambda: mapper.add(segments=seen, **(given | dict(depth=raw, depth_scale=1000)))) - least, 0.2)
+        self.assertLess(self.least_ms(lambda: mapper.add(segments=seen, **(given | dict(depth=raw, depth_scale=1000)))) - least, 0.3)
 
 
 class Memory(unittest.TestCase):
