@@ -22,6 +22,7 @@
 #include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
+#include "tests/sanitized.h"
 
 namespace panoptic {
 namespace {
@@ -157,6 +158,7 @@ void fill(BlockPager& pager, std::size_t bytes, std::deque<VoxelBlock>& blocks) 
 }
 
 TEST(BlockPager, VoxelsGetWhatTheRestOfTheProcessLeaves) {
+  if (test::kSanitized) GTEST_SKIP() << "a sanitizer takes memory of its own for what is allocated";
   constexpr std::size_t kVoxels = 60'000'000;
   BlockPager pager(resident_bytes() + BlockPager::kHeadroomBytes + kVoxels, test::fresh_folder(), BlockPager::Bounds::kProcess);
   std::deque<VoxelBlock> blocks;
@@ -172,6 +174,7 @@ TEST(BlockPager, VoxelsGetWhatTheRestOfTheProcessLeaves) {
 }
 
 TEST(BlockPager, TheLeastLimitIsWhatTheProcessTakesAndSomeForTheNextStage) {
+  if (test::kSanitized) GTEST_SKIP() << "a sanitizer takes memory of its own for what is allocated";
   BlockPager pager(1, test::fresh_folder(), BlockPager::Bounds::kProcess);
   const std::size_t least = pager.least_limit_bytes();
   EXPECT_NEAR(static_cast<double>(least),
@@ -182,6 +185,7 @@ TEST(BlockPager, TheLeastLimitIsWhatTheProcessTakesAndSomeForTheNextStage) {
 
 // In a process of its own, because what is left out stays left out.
 TEST(BlockPager, MemoryOfNetworksIsLeftOutOfTheLimit) {
+  if (test::kSanitized) GTEST_SKIP() << "a sanitizer takes memory of its own for what is allocated";
   EXPECT_EXIT(
       {
         BlockPager pager(1, test::fresh_folder(), BlockPager::Bounds::kProcess);
