@@ -32,13 +32,20 @@ bool nests_too_deep(std::string_view text) {
   return false;
 }
 
-std::string place(std::string_view source, const toml::node& node) {
-  return node.source().begin.line == 0 ? std::string(source) : fmt::format("{}:{}", source, node.source().begin.line);
+// A text, as messages call it.
+struct Source {
+  std::string_view name;
+  bool has_lines = true;  // false for a setting, which is no file
+};
+
+std::string place(const Source& source, const toml::source_region& at) {
+  return source.has_lines && at.begin.line != 0 ? fmt::format("{}:{}", source.name, at.begin.line) : std::string(source.name);
 }
+std::string place(const Source& source, const toml::node& node) { return place(source, node.source()); }
 
 class Reader {
  public:
-  explicit Reader(std::string_view source) : source_(source) {}
+  explicit Reader(const Source& source) : source_(source) {}
 
   void table(const toml::table& table, const Fields& fields) const {
     walk(table, "", fields);
@@ -157,7 +164,7 @@ class Reader {
     return *node.as_array();
   }
 
-  std::string_view source_;
+  Source source_;
 };
 
 // A basic string on one line, right for values and for keys.
@@ -233,13 +240,17 @@ std::string allowed_text(const Allowed& allowed) {
   return "";
 }
 
-toml::table parsed(std::string_view text, std::string_view source_name) {
-  if (nests_too_deep(text)) throw Error(fmt::format("{}: keys are nested deeper than {} tables", source_name, kMaxDots));
+toml::table parsed(std::string_view text, const Source& source) {
+  if (nests_too_deep(text)) throw Error(fmt::format("{}: keys are nested deeper than {} tables", source.name, kMaxDots));
   try {
-    return toml::parse(text, source_name);
+    return toml::parse(text, source.name);
   } catch (const toml::parse_error& e) {
-    throw Error(fmt::format("{}:{}: not valid TOML: {}", source_name, e.source().begin.line, e.description()));
+    throw Error(fmt::format("{}: not valid TOML: {}", place(source, e.source()), e.description()));
   }
+}
+
+void read_toml(std::string_view text, const Source& source, const Fields& fields) {
+  Reader(source).table(parsed(text, source), fields);
 }
 
 }  // namespace
@@ -252,11 +263,11 @@ void append_group(Fields& fields, std::string_view group, Fields nested) {
 }
 
 void read_toml_text(std::string_view text, std::string_view source_name, const Fields& fields) {
-  Reader(source_name).table(parsed(text, source_name), fields);
+  read_toml(text, {source_name}, fields);
 }
 
 std::optional<double> number_in_toml(std::string_view text, std::string_view source_name, std::string_view key) {
-  return parsed(text, source_name).at_path(key).value<double>();
+  return parsed(text, {source_name}).at_path(key).value<double>();
 }
 
 void read_toml_file(const std::filesystem::path& path, const Fields& fields) {
@@ -280,13 +291,7 @@ void set_field(const Fields& fields, std::string_view assignment) {
   Fields settable = fields;
   for (Field& f : settable) f.allowed.required = false;
   const std::string text = fmt::format("{} = {}", key, is_text || is_word ? quoted(std::string(value)) : std::string(value));
-  try {
-    read_toml_text(text, source, settable);
-  } catch (const Error& e) {  // a setting has no lines
-    const std::string_view message = e.what();
-    const std::string line = source + ":1:";
-    throw Error(message.starts_with(line) ? fmt::format("{}:{}", source, message.substr(line.size())) : std::string(message));
-  }
+  read_toml(text, {source, false}, settable);
 }
 
 std::string to_toml(const Fields& fields) {
