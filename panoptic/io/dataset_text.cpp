@@ -17,8 +17,6 @@
 namespace panoptic {
 namespace {
 
-constexpr std::string_view kSeparators = " \t\r,";
-
 std::vector<std::string_view> split(std::string_view line, std::string_view separators) {
   std::vector<std::string_view> words;
   std::size_t begin = line.find_first_not_of(separators);
@@ -83,7 +81,7 @@ void for_each_line_of(std::string_view text, std::string_view separators, const 
 }
 
 void for_each_line(const std::filesystem::path& path, const LineCallback& callback) {
-  for_each_line_of(read_file(path), kSeparators, callback);
+  for_each_line_of(read_file(path), kWordSeparators, callback);
 }
 
 std::string with_slashes(std::string_view path) {
@@ -120,14 +118,16 @@ std::vector<double> to_numbers(std::span<const std::string_view> words, const st
   return numbers;
 }
 
-std::vector<double> read_numbers(const std::filesystem::path& path) {
+std::vector<double> numbers_in(std::string_view text, const std::filesystem::path& path) {
   std::vector<double> numbers;
-  for_each_line_of(read_file(path), kMatrixSeparators, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_line_of(text, kMatrixSeparators, [&](std::size_t line, std::span<const std::string_view> words) {
     const std::vector<double> row = to_numbers(words, path, line);
     numbers.insert(numbers.end(), row.begin(), row.end());
   });
   return numbers;
 }
+
+std::vector<double> read_numbers(const std::filesystem::path& path) { return numbers_in(read_file(path), path); }
 
 std::optional<Eigen::Matrix4d> to_matrix(std::span<const double> numbers) {
   constexpr std::size_t kFull = 16;
@@ -164,8 +164,9 @@ Camera to_camera(std::span<const double> numbers, const std::string& source) {
 }
 
 Camera read_camera_matrix(const std::filesystem::path& path) {
-  if (const auto named = named_intrinsics(read_file(path))) return to_camera(*named, path.string());
-  return to_camera(read_numbers(path), path.string());
+  const std::string text = read_file(path);
+  if (const auto named = named_intrinsics(text)) return to_camera(*named, path.string());
+  return to_camera(numbers_in(text, path), path.string());
 }
 
 NumberedFiles numbered_files(const std::filesystem::path& root, const std::string& folder, std::string_view prefix,

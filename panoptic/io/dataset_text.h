@@ -23,7 +23,8 @@ namespace panoptic {
 using LineCallback = std::function<void(std::size_t line, std::span<const std::string_view> words)>;
 void for_each_line(const std::filesystem::path& path, const LineCallback& callback);
 
-// The same for a text that was read already, and other separators.
+// The same for a text that was read already, with these separators or others.
+constexpr std::string_view kWordSeparators = " \t\r,";
 constexpr std::string_view kMatrixSeparators = " \t\r,;[](){}";  // also of matrices as numpy, Matlab and JSON print them
 void for_each_line_of(std::string_view text, std::string_view separators, const LineCallback& callback);
 
@@ -41,6 +42,8 @@ std::string with_slashes(std::string_view path);
 
 // All numbers of a file, brackets around them or not. Throws Error if something in it is no number.
 std::vector<double> read_numbers(const std::filesystem::path& path);
+// The same for the text of that file.
+std::vector<double> numbers_in(std::string_view text, const std::filesystem::path& path);
 
 // 16 numbers row by row, or 12 (the last row is then 0 0 0 1); nothing for any other count.
 std::optional<Eigen::Matrix4d> to_matrix(std::span<const double> numbers);

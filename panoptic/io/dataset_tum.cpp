@@ -60,9 +60,9 @@ void sort_by_time(std::vector<T>& list) {
 }
 
 // The lines of a list without the heading that some programs write.
-void for_each_entry(const fs::path& path, const LineCallback& callback) {
+void for_each_entry(std::string_view text, const LineCallback& callback) {
   bool is_first = true;
-  for_each_line(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_line_of(text, kWordSeparators, [&](std::size_t line, std::span<const std::string_view> words) {
     if (!(is_first && is_heading(words))) callback(line, words);
     is_first = false;
   });
@@ -70,7 +70,7 @@ void for_each_entry(const fs::path& path, const LineCallback& callback) {
 
 std::vector<StampedFile> read_file_list(const fs::path& path) {
   std::vector<StampedFile> list;
-  for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_entry(read_file(path), [&](std::size_t line, std::span<const std::string_view> words) {
     if (words.size() != 2)
       throw Error(fmt::format("{}:{}: expected 'time file', found {} words", path.string(), line, words.size()));
     list.push_back({to_time(words[0], path, line), with_slashes(words[1])});
@@ -82,8 +82,9 @@ std::vector<StampedFile> read_file_list(const fs::path& path) {
 std::vector<StampedPose> read_poses(const fs::path& path) {
   constexpr std::size_t kColumns = 8;
   std::vector<StampedPose> poses;
-  const bool w_first = names_w_first(read_file(path)).value_or(false);
-  for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  const std::string text = read_file(path);
+  const bool w_first = names_w_first(text).value_or(false);
+  for_each_entry(text, [&](std::size_t line, std::span<const std::string_view> words) {
     if (words.size() != kColumns && words.size() != kColumns + 1) {  // RTAB-Map adds a number at the end
       throw Error(fmt::format("{}:{}: expected 'time tx ty tz qx qy qz qw', found {} words", path.string(), line, words.size()));
     }
@@ -212,7 +213,7 @@ ImageLists read_separate_lists(const fs::path& folder, const PairingOptions& pai
 ImageLists read_associations(const fs::path& path) {
   constexpr std::size_t kColumns = 4;
   ImageLists lists;
-  for_each_entry(path, [&](std::size_t line, std::span<const std::string_view> words) {
+  for_each_entry(read_file(path), [&](std::size_t line, std::span<const std::string_view> words) {
     if (words.size() != kColumns) {
       const bool has_pose = words.size() > kColumns + 6;
       throw Error(fmt::format("{}:{}: expected 'time file time file', found {} words{}", path.string(), line, words.size(),
