@@ -27,6 +27,27 @@ bool is_class(std::int64_t id, IdSpace space) {
   return c != ClassId::kUnknown && number(c) <= kNyu40Classes;
 }
 
+// Numbers that stand for something, and those of them that do not fit.
+struct Misfits {
+  std::size_t labelled = 0;
+  std::size_t count = 0;
+  std::int64_t example = 0;  // the first
+
+  bool are_most() const { return 2 * count > labelled; }
+};
+
+template <typename Fits>
+Misfits misfits(const std::vector<std::int64_t>& numbers, IdSpace space, const Fits& fits) {
+  Misfits result;
+  for (const std::int64_t id : numbers) {
+    if (is_none(id, space)) continue;
+    ++result.labelled;
+    if (fits(id)) continue;
+    if (result.count++ == 0) result.example = id;
+  }
+  return result;
+}
+
 std::size_t agreement(const std::vector<ClassId>& truth, const std::vector<ClassId>& prediction, IdSpace space) {
   std::size_t count = 0;
   for (std::size_t v = 0; v < truth.size(); ++v) {
@@ -77,37 +98,23 @@ ClassId class_in(std::int64_t id, IdSpace space) {
 }
 
 void require_classes(const std::filesystem::path& file, const std::vector<std::int64_t>& numbers, IdSpace space) {
-  std::size_t labelled = 0;
-  std::size_t foreign = 0;
-  std::int64_t example = 0;
-  for (const std::int64_t id : numbers) {
-    labelled += is_none(id, space) ? 0 : 1;
-    if (is_none(id, space) || is_class(id, space)) continue;
-    if (foreign++ == 0) example = id;
-  }
-  if (2 * foreign <= labelled) return;
-  throw Error(fmt::format("{}: {} of {} labels are no class, {} for one; {}", file.string(), foreign, labelled, example,
-                          space != IdSpace::kNyu40 ? "is --id-space right?"
-                          : example >= kPerClass
-                              ? "class * 1000 + instance is the form of eval instance and eval panoptic, and eval "
-                                "semantic takes NYU40's ids, 1 to 40"
-                              : "NYU40's ids are 1 to 40"));
+  const Misfits foreign = misfits(numbers, space, [&](std::int64_t id) { return is_class(id, space); });
+  if (!foreign.are_most()) return;
+  throw Error(fmt::format(
+      "{}: {} of {} labels are no class, {} for one; {}", file.string(), foreign.count, foreign.labelled, foreign.example,
+      space != IdSpace::kNyu40       ? "is --id-space right?"
+      : foreign.example >= kPerClass ? "class * 1000 + instance is the form of eval instance and eval panoptic, and eval "
+                                       "semantic takes NYU40's ids, 1 to 40"
+                                     : "NYU40's ids are 1 to 40"));
 }
 
 void require_class_and_instance(const std::filesystem::path& file, const std::vector<std::int64_t>& numbers) {
-  std::size_t labelled = 0;
-  std::size_t small = 0;
-  std::int64_t example = 0;
-  for (const std::int64_t id : numbers) {
-    labelled += is_none(id, IdSpace::kNyu40) ? 0 : 1;
-    if (is_none(id, IdSpace::kNyu40) || id >= kPerClass) continue;
-    if (small++ == 0) example = id;
-  }
-  if (2 * small <= labelled) return;
+  const Misfits small = misfits(numbers, IdSpace::kNyu40, [](std::int64_t id) { return id >= kPerClass; });
+  if (!small.are_most()) return;
   throw Error(
       fmt::format("{}: {} of {} labels are below 1000, {} for one; instance and panoptic labels are class * 1000 + instance, "
                   "and class numbers alone are the form of eval semantic",
-                  file.string(), small, labelled, example));
+                  file.string(), small.count, small.labelled, small.example));
 }
 
 void require_stuff(const std::string& scene, const std::vector<ClassId>& truth, const std::vector<ClassId>& prediction) {
