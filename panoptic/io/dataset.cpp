@@ -100,9 +100,9 @@ std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& ca
                     path.string()));
   }
   if (is_recording_list(path)) {
-    refuse_for_list(path, calibration, pair_tolerance_s);
-    return std::make_unique<RecordingList>(
-        path, [](const ListedRecording& r) { return open_recording(r.recording, r.calibration, r.pair_tolerance_s); });
+    return open_recording_list(path, calibration, pair_tolerance_s, [](const ListedRecording& r) {
+      return open_recording(r.recording, r.calibration, r.pair_tolerance_s);
+    });
   }
   try {
     return open_absolute(without_trailing_slash(path), calibration, {pair_tolerance_s});

@@ -68,6 +68,18 @@ double time_at(const Dataset& dataset, bool from_end) {
   return 0;
 }
 
+// Refuses what the command line gives for one recording where a list gives it for each.
+void refuse_for_list(const fs::path& list, const fs::path& calibration, std::optional<double> pair_tolerance_s) {
+  if (!calibration.empty()) {
+    throw Error(fmt::format("{}: a list says the calibration of each of its recordings; write {} there", list.string(),
+                            calibration.string()));
+  }
+  if (pair_tolerance_s) {
+    throw Error(
+        fmt::format("{}: a list says pair_tolerance_s of each of its recordings; leave out --pair-tolerance", list.string()));
+  }
+}
+
 }  // namespace
 
 bool is_recording_list(const fs::path& path) { return ending_of(path) == ".toml" && is_file(path); }
@@ -168,15 +180,10 @@ RecordingNotes RecordingList::notes() const {
 
 const RecordingList* as_recording_list(const Dataset& dataset) { return dynamic_cast<const RecordingList*>(&dataset); }
 
-void refuse_for_list(const fs::path& list, const fs::path& calibration, std::optional<double> pair_tolerance_s) {
-  if (!calibration.empty()) {
-    throw Error(fmt::format("{}: a list says the calibration of each of its recordings; write {} there", list.string(),
-                            calibration.string()));
-  }
-  if (pair_tolerance_s) {
-    throw Error(
-        fmt::format("{}: a list says pair_tolerance_s of each of its recordings; leave out --pair-tolerance", list.string()));
-  }
+std::unique_ptr<Dataset> open_recording_list(const fs::path& path, const fs::path& calibration,
+                                             std::optional<double> pair_tolerance_s, const OpenListed& open) {
+  refuse_for_list(path, calibration, pair_tolerance_s);
+  return std::make_unique<RecordingList>(path, open);
 }
 
 }  // namespace panoptic

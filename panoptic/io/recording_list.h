@@ -71,8 +71,8 @@ class RecordingList : public Dataset {
 // The dataset if it is a list, else nullptr.
 const RecordingList* as_recording_list(const Dataset& dataset);
 
-// Refuses what the command line gives for one recording where a list gives it for each. Throws Error.
-void refuse_for_list(const std::filesystem::path& list, const std::filesystem::path& calibration,
-                     std::optional<double> pair_tolerance_s);
+// Opens a list. Throws Error as RecordingList does, and for a calibration or tolerance, which a list gives for each recording.
+std::unique_ptr<Dataset> open_recording_list(const std::filesystem::path& path, const std::filesystem::path& calibration,
+                                             std::optional<double> pair_tolerance_s, const OpenListed& open);
 
 }  // namespace panoptic

@@ -13,8 +13,7 @@ namespace panoptic {
 std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration,
                                       std::optional<double> pair_tolerance_s) {
   if (is_recording_list(path_or_simulation)) {
-    refuse_for_list(path_or_simulation, calibration, pair_tolerance_s);
-    return std::make_unique<RecordingList>(path_or_simulation, [](const ListedRecording& r) {
+    return open_recording_list(path_or_simulation, calibration, pair_tolerance_s, [](const ListedRecording& r) {
       return open_dataset(r.recording, r.calibration, r.pair_tolerance_s);
     });
   }
