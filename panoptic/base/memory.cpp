@@ -11,12 +11,11 @@ std::atomic<std::size_t> left_out{0};
 
 }  // namespace
 
-void leave_out_of_limit(std::size_t bytes) { left_out.fetch_add(bytes, std::memory_order_relaxed); }
 std::size_t left_out_of_limit() { return left_out.load(std::memory_order_relaxed); }
 
 LeftOutOfLimit::~LeftOutOfLimit() {
   const std::size_t now = resident_bytes();
-  if (now > before_) leave_out_of_limit(now - before_);
+  if (now > before_) left_out.fetch_add(now - before_, std::memory_order_relaxed);
 }
 
 }  // namespace panoptic

@@ -14,11 +14,10 @@ std::size_t resident_bytes();
 // Gives the free parts of the heap back to the system: for when much was freed and will not be asked for soon.
 void give_back_free_memory();
 
-// Memory that map.memory_limit_mb does not bound: that of networks. Each call adds to it.
-void leave_out_of_limit(std::size_t bytes);
+// Memory that map.memory_limit_mb does not bound: that of networks.
 std::size_t left_out_of_limit();
 
-// Leaves out what is resident more at its end than at its beginning.
+// Adds to it what is resident more at its end than at its beginning.
 class LeftOutOfLimit {
  public:
   LeftOutOfLimit() : before_(resident_bytes()) {}

@@ -129,9 +129,11 @@ Association MapperParts::track(const FrameToLabel& to_label, StageTimer& timer) 
 void MapperParts::check_memory() const {
   constexpr std::size_t kStep = 10'000'000;
   const BlockPager* pager = map_.voxels.pager();
-  if (pager == nullptr || frames_.used() > 0 || pager->limit_bytes() >= pager->least_limit_bytes()) return;
+  if (pager == nullptr || frames_.used() > 0) return;
+  const std::size_t least = pager->least_limit_bytes();
+  if (pager->limit_bytes() >= least) return;
   throw Error(fmt::format("map.memory_limit_mb = {}, but already the first frame takes more; set it to {} at least, or 0",
-                          pager->limit_bytes() / 1'000'000, (pager->least_limit_bytes() + kStep / 2 + kStep - 1) / kStep * 10));
+                          pager->limit_bytes() / 1'000'000, (least + kStep / 2 + kStep - 1) / kStep * 10));
 }
 
 void MapperParts::count_frame(const Frame& frame) {
