@@ -91,8 +91,7 @@ std::string pose_remedy(const Hypothesis& h, double median_m) {
   if (h.pose_of != Neighbour::kNone) return "poses and images are shifted by one: check with which numbers they begin";
   if (h.convention.quaternions != QuaternionOrder::kAsRead) {
     return "the four numbers of the quaternions come in another order than they were read in: write the order into a comment "
-           "above "
-           "them ('# tx ty tz qw qx qy qz'), or change it";
+           "above them ('# tx ty tz qw qx qy qz'), or change it";
   }
   return "poses must take camera coordinates (x right, y down, z forward) to the world: convert them";
 }
@@ -134,8 +133,7 @@ Check check_scale(const Examination& e) {
     check.evidence += guesses_in_words(e);
     check.remedy =
         "the images hold the distance from the camera's centre: divide it by the length of ((u - cx) / fx, (v - cy) / fy, 1) to "
-        "get "
-        "the distance along its axis";
+        "get the distance along its axis";
   } else if (best != nullptr && best->depth_factor != 1 && !is_about_translations(*best, e.median_m)) {
     check.verdict = Verdict::kFailed;
     check.evidence += guesses_in_words(e);

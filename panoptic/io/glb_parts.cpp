@@ -102,10 +102,10 @@ class BufferWriter {
   // 16 bits where they suffice.
   void put_indices(const GlbPart& part) {
     places_.look_at(part);
+    const bool is_short = has_short_indices(part);
     for (const std::uint32_t i : part.triangles) {
       for (const std::uint32_t v : mesh_.triangles[i]) {
-        if (has_short_indices(part)) out_.put(static_cast<std::uint16_t>(places_[v]));
-        if (!has_short_indices(part)) out_.put(places_[v]);
+        is_short ? out_.put(static_cast<std::uint16_t>(places_[v])) : out_.put(places_[v]);
       }
     }
   }

@@ -66,8 +66,9 @@ std::optional<std::array<double, kOrders>> agreements(const FileRecording& recor
   constexpr std::size_t kFewest = 2;
   const FileDataset dataset(recording);
   std::vector<std::optional<ViewPair>> read(std::min(kSample, steps.size()));
+  const auto step_of = [&](std::size_t i) -> const ImageStep& { return steps[i * steps.size() / read.size()]; };
   parallel_for(read.size(), [&](std::size_t i) {
-    const ImageStep& step = steps[i * steps.size() / read.size()];
+    const ImageStep& step = step_of(i);
     const ReadResult from = dataset.read(step.from);
     const ReadResult to = dataset.read(step.to);
     if (!from.frame || !to.frame) return;
@@ -78,10 +79,9 @@ std::optional<std::array<double, kOrders>> agreements(const FileRecording& recor
     std::vector<ViewPair> pairs;
     for (std::size_t i = 0; i < read.size(); ++i) {
       if (!read[i]) continue;
-      const ImageStep& step = steps[i * steps.size() / read.size()];
-      pairs.push_back(*read[i]);
-      pairs.back().from.pose = step.first.at(order);
-      pairs.back().to.pose = step.second.at(order);
+      ViewPair& pair = pairs.emplace_back(*read[i]);
+      pair.from.pose = step_of(i).first.at(order);
+      pair.to.pose = step_of(i).second.at(order);
     }
     if (pairs.size() < kFewest) return std::nullopt;
     result.at(order) = agreement(pairs, {});
