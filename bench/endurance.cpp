@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/endurance.h"
 
-#include <ctime>
-
 #include "bench/process_memory.h"
+#include "bench/stage_clock.h"
 #include "panoptic/error.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapper.h"
@@ -14,28 +13,18 @@
 namespace panoptic {
 namespace {
 
-double thread_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
-}
-
 // Sums since the last look.
 struct Since {
   std::size_t frames = 0;
   double cpu_s = 0;
-  std::map<std::string, double> totals_s;  // of the mapper's stages, at the last look
+  StageClock stages;
 };
 
 EnduranceLook look(const Mapper& mapper, Since& since) {
   EnduranceLook result;
   const auto frames = static_cast<double>(since.frames);
   result.cpu_ms = since.cpu_s * 1e3 / frames;
-  for (const auto& [name, histogram] : mapper.profile().stages()) {
-    double& before_s = since.totals_s[name];
-    result.stages_ms[name] = (histogram.total_s() - before_s) * 1e3 / frames;
-    before_s = histogram.total_s();
-  }
+  for (const auto& [name, ms] : since.stages.lap_ms(mapper.profile())) result.stages_ms[name] = ms / frames;
   since.frames = 0;
   since.cpu_s = 0;
   const PanopticMap& map = mapper.map();
@@ -69,10 +58,10 @@ EnduranceResult endure(const NextFrame& next, const LabelSet& labels, const Endu
   while (mapper.frames().used() < settings.frames) {
     const std::optional<BenchFrame> f = next();
     if (!f) break;
-    const double before_s = thread_seconds();
+    const double before_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
     const Outcome outcome = mapper.add(f->frame, f->segmentation);
     if (!outcome.used) throw Error("a frame was refused: " + outcome.reason);
-    since.cpu_s += thread_seconds() - before_s;
+    since.cpu_s += cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - before_s;
     if (++since.frames == settings.every) look_now();
   }
   if (since.frames > 0) look_now();

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <optional>
 
 #include "bench/process_memory.h"
+#include "bench/stage_clock.h"
 #include "panoptic/error.h"
 #include "panoptic/mapper.h"
 #include "panoptic/meshing/mesher.h"
@@ -16,27 +16,6 @@
 
 namespace panoptic {
 namespace {
-
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
-}
-
-// The time that each stage took since the last call, from the mapper's running totals.
-class StageClock {
- public:
-  void read(const Profile& profile, StageTimes& into) {
-    for (const auto& [name, histogram] : profile.stages()) {
-      double& before = totals_s_[name];
-      into[name].push_back((histogram.total_s() - before) * 1e3);
-      before = histogram.total_s();
-    }
-  }
-
- private:
-  std::map<std::string, double> totals_s_;
-};
 
 void keep_smallest(const StageTimes& times, StageTimes& smallest) {
   for (const auto& [name, samples] : times) {
@@ -73,12 +52,12 @@ Mapper mapped(const BenchFrames& recording, const BenchSettings& settings, Stage
   for (std::size_t i = 0; i < count; ++i) {
     const BenchFrame& next = recording.frames[i % recording.frames.size()];
     const std::optional<Frame> moved = moved_to_copy(next.frame, i / recording.frames.size());
-    const double cpu_before = cpu_seconds();
+    const double cpu_before = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
     const Outcome outcome = mapper.add(moved ? *moved : next.frame, next.segmentation);
     if (i % recording.frames.size() == recording.frames.size() - 1) blocks.push_back(mapper.map().voxels.block_count());
     if (!outcome.used) continue;
-    times["fusion_cpu"].push_back((cpu_seconds() - cpu_before) * 1e3);
-    clock.read(mapper.profile(), times);
+    times["fusion_cpu"].push_back((cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_before) * 1e3);
+    for (const auto& [name, ms] : clock.lap_ms(mapper.profile())) times[name].push_back(ms);
     if ((i + 1) % static_cast<std::size_t>(settings.mesh_every) != 0) continue;
     times["mesh_incremental"].push_back(timed_ms([&] { mesher.update(mapper.map()); }));
   }

@@ -109,12 +109,15 @@ def homes_line(result, homes):
             f"The map of all has {looks[-1]['map_mb']:.0f} MB.")
 
 
+def looks_chart(title, unit, result, **others):
+    """The process without decoded frames, other values of looks by their names, and the time of a frame, over the frames."""
+    values = {"process, 10 MB": lambda look: (look["rss_mb"] - result["decoded_mb"]) / 10, **others, "frame, ms": lambda look: look["cpu_ms"]}
+    series = {name: [(look["frames"] / 1e3, value(look)) for look in result["looks"]] for name, value in values.items()}
+    return svg_chart.line_chart(title, "thousand frames", unit, series)
+
+
 def map_chart(title, result):
-    looks = result["looks"]
-    series = {"process, 10 MB": [(look["frames"] / 1e3, look["rss_mb"] / 10) for look in looks],
-              "map, 10 MB": [(look["frames"] / 1e3, look["map_mb"] / 10) for look in looks],
-              "frame, ms": [(look["frames"] / 1e3, look["cpu_ms"]) for look in looks]}
-    return svg_chart.line_chart(title, "thousand frames", "10 MB, ms of CPU", series)
+    return looks_chart(title, "10 MB, ms of CPU", result, **{"map, 10 MB": lambda look: look["map_mb"] / 10})
 
 
 def endurance_table(result, rows=8):
@@ -137,11 +140,7 @@ def endurance_line(result):
 
 
 def endurance_chart(result):
-    looks = result["looks"]
-    series = {"process, 10 MB": [(look["frames"] / 1e3, (look["rss_mb"] - result["decoded_mb"]) / 10) for look in looks],
-              "file, MB": [(look["frames"] / 1e3, look["file_mb"]) for look in looks],
-              "frame, ms": [(look["frames"] / 1e3, look["cpu_ms"]) for look in looks]}
-    return svg_chart.line_chart("One room again and again", "thousand frames", "10 MB, MB, ms of CPU", series)
+    return looks_chart("One room again and again", "10 MB, MB, ms of CPU", result, **{"file, MB": lambda look: look["file_mb"]})
 
 
 def machine_table(machine):
