@@ -154,7 +154,7 @@ void update_blocks(benchmark::State& state) {
   const FrameView view = w.view();
   DepthTiles tiles;
   for (auto _ : state) {
-    tiles.build(view.pixels.depth, view.pixels.width, view.pixels.height);
+    tiles.build(view.pixels, w.band());
     for (Slot slot = 0; slot < w.map.block_count(); ++slot) {
       const BlockInCamera place = view.in_camera(w.map.index_of(slot), w.map.voxel_size_m());
       integrate_block(view.pixels, place, w.band(), bricks_in_band(view.pixels, tiles, place, w.band()), w.map.block(slot));

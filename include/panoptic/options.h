@@ -67,6 +67,8 @@ struct IntegratorOptions {
   // The votes of an object's pixel for its label (Eq. 9-11), where other pixels have 1: detectors miss things in many frames.
   // The paper has 1.
   float object_vote = 4;
+  // With "projective": across a surface the band reaches two voxels at least, however flat the view (fusion/grazing.h).
+  bool grazing = true;
 };
 
 // Object maintenance, which the paper has none of; docs/accuracy.md says what each rule gains.
@@ -84,6 +86,8 @@ struct MaintenanceOptions {
   float floor_height_m = 0.03F;  // level surface this near to the floor's plane is floor; 0 = as the networks say
   // Objects seen in fewer frames are dropped. Of fewer than 210 labelled frames one in every 35 is enough, rounded up.
   int min_observations = 6;
+  // Fewer are enough where it is as probable that any of the detections was right, each being right by its score.
+  float min_certainty = 0.8F;
   float min_thing_m2 = 0.05F;   // unnamed things with less surface are dropped
   float min_region_m2 = 0.12F;  // unknown regions from this surface on are things
   float stray_share = 0.15F;    // pieces of an object smaller than this share of its largest piece are dropped

@@ -15,11 +15,11 @@ namespace panoptic {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr DepthRange kNoReading{kInfinity, -kInfinity};
+constexpr DepthRange kNoReading{kInfinity, -kInfinity, false};
 constexpr int kTile_px = 1 << DepthTiles::kFinestLog2_px;
 
 DepthRange both(const DepthRange& a, const DepthRange& b) {
-  return {std::min(a.nearest_m, b.nearest_m), std::max(a.farthest_m, b.farthest_m)};
+  return {std::min(a.nearest_m, b.nearest_m), std::max(a.farthest_m, b.farthest_m), a.grazing || b.grazing};
 }
 
 DepthTiles::Level level_of(int columns, int rows) {
@@ -44,6 +44,7 @@ DepthTiles::Level coarser(const DepthTiles::Level& fine) {
 namespace kernels {
 
 void widen_by_row(const float* depth, int width, float* nearest, float* farthest);
+void lower_by_row(const float* scale, int width, float* least);
 
 PANOPTIC_CLONES
 void widen_by_row(const float* depth, int width, float* nearest, float* farthest) {
@@ -56,6 +57,13 @@ void widen_by_row(const float* depth, int width, float* nearest, float* farthest
     low[u] = near < low[u] ? near : low[u];
     high[u] = far > high[u] ? far : high[u];
   }
+}
+
+PANOPTIC_CLONES
+void lower_by_row(const float* scale, int width, float* least) {
+  const float* __restrict s = scale;
+  float* __restrict low = least;
+  for (int u = 0; u < width; ++u) low[u] = s[u] < low[u] ? s[u] : low[u];
 }
 
 // Where the bricks of a block lie in the view: depths in metres, and columns and rows of pixels, a little more than needed. A
@@ -129,33 +137,52 @@ void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, Bri
 
 }  // namespace kernels
 
-void DepthTiles::build(const float* depth_m, int width, int height) {
+namespace {
+
+// Columns of the pixels that a row of tiles covers.
+struct TileColumns {
+  std::vector<float> nearest;
+  std::vector<float> farthest;
+  std::vector<float> least_scale;
+};
+
+TileColumns columns_of(const KernelFrame& frame, int first_row, int end_row) {
+  const auto width = static_cast<std::size_t>(frame.width);
+  TileColumns columns{std::vector<float>(width, kInfinity), std::vector<float>(width, -kInfinity), std::vector<float>(width, 1.0F)};
+  for (int v = first_row; v < end_row; ++v) {
+    const std::size_t row = static_cast<std::size_t>(v) * width;
+    kernels::widen_by_row(frame.depth + row, frame.width, columns.nearest.data(), columns.farthest.data());
+    if (frame.scale != nullptr) kernels::lower_by_row(frame.scale + row, frame.width, columns.least_scale.data());
+  }
+  return columns;
+}
+
+}  // namespace
+
+void DepthTiles::build(const KernelFrame& frame, const Band& band) {
   levels_.resize(1);
   Level& finest = levels_[0];
-  finest = level_of((width + kTile_px - 1) / kTile_px, (height + kTile_px - 1) / kTile_px);
-  const auto columns = static_cast<std::size_t>(width);
+  finest = level_of((frame.width + kTile_px - 1) / kTile_px, (frame.height + kTile_px - 1) / kTile_px);
   parallel_for(static_cast<std::size_t>(finest.rows), [&](std::size_t row) {
-    std::vector<float> nearest(columns, kInfinity);
-    std::vector<float> farthest(columns, -kInfinity);
-    const int end = std::min(height, static_cast<int>(row + 1) * kTile_px);
-    for (int v = static_cast<int>(row) * kTile_px; v < end; ++v) {
-      kernels::widen_by_row(depth_m + static_cast<std::size_t>(v) * columns, width, nearest.data(), farthest.data());
-    }
+    const int first = static_cast<int>(row) * kTile_px;
+    const TileColumns columns = columns_of(frame, first, std::min(frame.height, first + kTile_px));
     DepthRange* tiles = finest.tiles.data() + row * static_cast<std::size_t>(finest.columns);
-    for (std::size_t u = 0; u < columns; ++u) {
+    for (std::size_t u = 0; u < columns.nearest.size(); ++u) {
+      const float scale = columns.least_scale[u];
+      const float longer_m = band.truncation_m * (1.0F / scale - 1.0F) * 1.01F;
       DepthRange& tile = tiles[u / kTile_px];
-      tile = both(tile, {nearest[u], farthest[u]});
+      tile = both(tile, {columns.nearest[u] - longer_m, columns.farthest[u] + longer_m, scale < 1});
     }
   });
   while (levels_.back().columns > 1 || levels_.back().rows > 1) levels_.push_back(coarser(levels_.back()));
 }
 
-std::uint64_t bricks_in_band(const KernelFrame& frame, const DepthTiles& tiles, const BlockInCamera& place, const Band& band) {
+BricksInBand bricks_in_band(const KernelFrame& frame, const DepthTiles& tiles, const BlockInCamera& place, const Band& band) {
   kernels::BricksInView view;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by find_bricks
   kernels::find_bricks(frame, place, view);
   const float reach = band.truncation_m * 1.01F;
   const auto most = static_cast<unsigned>(tiles.levels().size()) - 1;
-  std::uint64_t bricks = 0;
+  BricksInBand result;
   for (int n = 0; n < kBlockBricks; ++n) {
     const std::int32_t span = std::max(view.last_u[n] - view.first_u[n], view.last_v[n] - view.first_v[n]);
     if (view.last_u[n] < view.first_u[n] || view.last_v[n] < view.first_v[n]) continue;
@@ -171,9 +198,10 @@ std::uint64_t bricks_in_band(const KernelFrame& frame, const DepthTiles& tiles, 
       }
     }
     const bool near = range.nearest_m - reach < view.farthest_m[n] && range.farthest_m + reach > view.nearest_m[n];
-    bricks |= std::uint64_t{near} << n;
+    result.bricks |= std::uint64_t{near} << n;
+    result.grazing |= near && range.grazing;
   }
-  return bricks;
+  return result;
 }
 
 }  // namespace panoptic

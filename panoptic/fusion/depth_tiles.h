@@ -12,10 +12,12 @@
 
 namespace panoptic {
 
-// Depths of some pixels; nearest_m > farthest_m where none has a reading.
+// Depths of some pixels; nearest_m > farthest_m where none has a reading. Where a pixel's band is longer than others
+// (grazing.h), by so much the range is wider.
 struct DepthRange {
   float nearest_m;
   float farthest_m;
+  bool grazing;  // a pixel's scale is below 1
 };
 
 // Tiles of 8 x 8 pixels, and coarser levels with sides twice as long each, up to one tile for the image.
@@ -29,8 +31,8 @@ class DepthTiles {
     std::vector<DepthRange> tiles;  // by row
   };
 
-  // Depth in metres by row, 0 = no reading. Rows of tiles run in parallel.
-  void build(const float* depth_m, int width, int height);
+  // Rows of tiles run in parallel.
+  void build(const KernelFrame& frame, const Band& band);
 
   // Level n has tiles with sides of 8 << n pixels. Never empty once built.
   const std::vector<Level>& levels() const { return levels_; }
@@ -39,7 +41,7 @@ class DepthTiles {
   std::vector<Level> levels_;
 };
 
-// A bit for each brick of the block that may hold voxels which the frame observes: none of the others does.
-std::uint64_t bricks_in_band(const KernelFrame& frame, const DepthTiles& tiles, const BlockInCamera& place, const Band& band);
+// The bricks of the block that may hold voxels which the frame observes: none of the others does.
+BricksInBand bricks_in_band(const KernelFrame& frame, const DepthTiles& tiles, const BlockInCamera& place, const Band& band);
 
 }  // namespace panoptic

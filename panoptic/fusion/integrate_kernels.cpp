@@ -26,6 +26,7 @@ struct BricksScratch {
   alignas(64) float inverse_z[kVoxels];
   alignas(64) std::int32_t pixel[kVoxels];
   alignas(64) float depth[kVoxels];
+  alignas(64) float scale[kVoxels];
   alignas(64) std::uint8_t near[kVoxels];  // 1 = may be in the band
   alignas(64) float distance[kBrickVoxels];
   alignas(64) float weight[kBrickVoxels];
@@ -38,8 +39,12 @@ namespace kernels {
 
 void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
                       VoxelBlock& block);
+void integrate_grazing_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                              VoxelBlock& block);
 void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
                             VoxelBlock& block);
+void integrate_grazing_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                                    VoxelBlock& block);
 
 // Where the voxels of a brick are and which pixels they fall on.
 [[gnu::always_inline]] static inline void project_brick(const KernelFrame& frame, const BlockInCamera& place, int brick,
@@ -73,10 +78,12 @@ void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place
 
 // Which voxels could be in the band? The signed distance along the ray is never shorter than that along z; `reach` is a little
 // more than the band, for rounding.
+template <bool Grazing>
 [[gnu::always_inline]] static inline void find_near(const KernelFrame& frame, float reach, int bricks, BricksScratch& s) {
   for (int k = 0; k < bricks * kBrickVoxels; ++k) s.depth[k] = frame.depth[s.pixel[k]];
+  for (int k = 0; k < bricks * kBrickVoxels; ++k) s.scale[k] = Grazing ? frame.scale[s.pixel[k]] : 1.0F;
   for (int k = 0; k < bricks * kBrickVoxels; ++k) {
-    const float along_z = s.depth[k] - s.z[k];
+    const float along_z = (s.depth[k] - s.z[k]) * s.scale[k];
     s.near[k] = ((s.depth[k] > 0) & (along_z < reach) & (along_z > -reach)) ? 1 : 0;
   }
 }
@@ -120,7 +127,7 @@ void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place
   for (int k = 0; k < kBrickVoxels; ++k) {
     const int i = first + k;
     const float range_per_z = std::sqrt(s.x[i] * s.x[i] + s.y[i] * s.y[i] + s.z[i] * s.z[i]) * s.inverse_z[i];
-    const float distance = (s.depth[i] - s.z[i]) * range_per_z;
+    const float distance = (s.depth[i] - s.z[i]) * range_per_z * s.scale[i];
     const bool use = (s.depth[i] > 0) & (distance < band.truncation_m) & (distance > -band.truncation_m);
     const float weight = observation_weight(use ? s.depth[i] : 1.0F, distance, band);
     s.distance[k] = distance;
@@ -186,7 +193,7 @@ template <bool LabelsOnly>
   }
 }
 
-template <bool LabelsOnly>
+template <bool LabelsOnly, bool Grazing>
 [[gnu::always_inline]] static inline void fuse_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in,
                                                       const Band& band_in, std::uint64_t bricks, VoxelBlock& block) {
   const KernelFrame frame = frame_in;  // copies: no store can change them, so they stay in registers
@@ -199,7 +206,7 @@ template <bool LabelsOnly>
     int count = 0;
     for (; count < kTogether && bricks != 0; ++count, bricks &= bricks - 1) number[count] = std::countr_zero(bricks);
     for (int n = 0; n < count; ++n) project_brick(frame, place, number[n], n * kBrickVoxels, s);
-    find_near(frame, reach, count, s);
+    find_near<Grazing>(frame, reach, count, s);
     for (int slice = 0; slice < count * kBrickSide; ++slice) {
       if (any_near(s, slice)) prefetch_slice(frame, s, slice);
     }
@@ -214,23 +221,36 @@ template <bool LabelsOnly>
 PANOPTIC_CLONES
 void integrate_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
                       VoxelBlock& block) {
-  fuse_bricks<false>(frame, place, band, bricks, block);
+  fuse_bricks<false, false>(frame, place, band, bricks, block);
+}
+
+PANOPTIC_CLONES
+void integrate_grazing_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                              VoxelBlock& block) {
+  fuse_bricks<false, true>(frame, place, band, bricks, block);
 }
 
 PANOPTIC_CLONES
 void integrate_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
                             VoxelBlock& block) {
-  fuse_bricks<true>(frame, place, band, bricks, block);
+  fuse_bricks<true, false>(frame, place, band, bricks, block);
+}
+
+PANOPTIC_CLONES
+void integrate_grazing_label_bricks(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+                                    VoxelBlock& block) {
+  fuse_bricks<true, true>(frame, place, band, bricks, block);
 }
 
 }  // namespace kernels
 
-void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, const BricksInBand& bricks,
                      VoxelBlock& block) {
   if (frame.labels_only) {
-    kernels::integrate_label_bricks(frame, place, band, bricks, block);
+    (bricks.grazing ? kernels::integrate_grazing_label_bricks : kernels::integrate_label_bricks)(frame, place, band, bricks.bricks,
+                                                                                                block);
   } else {
-    kernels::integrate_bricks(frame, place, band, bricks, block);
+    (bricks.grazing ? kernels::integrate_grazing_bricks : kernels::integrate_bricks)(frame, place, band, bricks.bricks, block);
   }
 }
 

@@ -33,6 +33,7 @@ struct KernelFrame {
   LabelVotes votes;
   float max_weight = std::numeric_limits<float>::infinity();  // of a voxel (MapOptions)
   bool labels_only = false;                                   // label, label weight and sum of votes alone are updated
+  const float* scale = nullptr;                               // per pixel, of signed distances (grazing.h); nullptr: all 1
 };
 
 // The truncation band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.
@@ -86,10 +87,15 @@ struct BlockInCamera {
   float step_z[3];
 };
 
-// Projects the voxels of some bricks of the block (a bit each) into the frame and fuses the pixels they fall on, within the band
-// (Eq. 6-11; with frame.labels_only Eq. 9-11, for voxels that are stored). Stores the voxels that are observed for the first
-// time.
-void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, std::uint64_t bricks,
+// Bricks of a block, a bit each.
+struct BricksInBand {
+  std::uint64_t bricks = 0;
+  bool grazing = false;  // some may see pixels of a scale below 1
+};
+
+// Projects the voxels of these bricks into the frame and fuses the pixels they fall on, within the band (Eq. 6-11; with
+// frame.labels_only Eq. 9-11, for voxels that are stored). Stores the voxels that are observed for the first time.
+void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, const BricksInBand& bricks,
                      VoxelBlock& block);
 
 }  // namespace panoptic

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "panoptic/fusion/band_touch.h"
+#include "panoptic/fusion/grazing.h"
 #include "panoptic/map/block_key.h"
 #include "panoptic/parallel.h"
 
@@ -13,11 +14,13 @@ namespace panoptic {
 Fields fields(IntegratorOptions& o) {
   return {{"method", &o.method, "projective: voxels look up pixels (fast); raycast: pixels walk their rays (the paper)",
            one_of({"projective", "raycast"})},
+          {"grazing", &o.grazing, "projective: surface seen at a grazing angle is kept thick enough to be meshed", {}},
           {"object_vote", &o.object_vote, "how much a pixel of an object counts, where others count 1", in_range(0, 100)}};
 }
 
 Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map, std::uint16_t first_object)
     : raycast_(options.method == "raycast"),
+      grazing_(options.grazing),
       band_{map.truncation_m(), map.voxel_size_m()},
       voxel_size_m_(map.voxel_size_m()),
       max_weight_(map.max_weight()),
@@ -117,8 +120,12 @@ std::vector<Slot> Integrator::allocate(VoxelMap& map) const {
   return slots;
 }
 
-void Integrator::update_by_projection(const FrameView& view, std::span<const Slot> slots, VoxelMap& map) {
-  depth_tiles_.build(view.pixels.depth, view.pixels.width, view.pixels.height);
+void Integrator::update_by_projection(FrameView view, std::span<const Slot> slots, VoxelMap& map) {
+  if (grazing_) {
+    grazing_scales(view.pixels, band_, voxel_size_m_, scale_);
+    view.pixels.scale = scale_.data();
+  }
+  depth_tiles_.build(view.pixels, band_);
   parallel_for(slots.size(), [&](std::size_t i) {
     const BlockInCamera place = view.in_camera(map.index_of(slots[i]), map.voxel_size_m());
     integrate_block(view.pixels, place, band_, bricks_in_band(view.pixels, depth_tiles_, place, band_), map.block(slots[i]));

@@ -55,15 +55,17 @@ class Integrator {
   std::vector<Slot> mark_touched(VoxelMap& map, std::vector<std::uint64_t>* absent) const;
   std::vector<Slot> allocate(VoxelMap& map) const;
   void update(const FrameView& view, std::span<const Slot> slots, VoxelMap& map);
-  void update_by_projection(const FrameView& view, std::span<const Slot> slots, VoxelMap& map);
+  void update_by_projection(FrameView view, std::span<const Slot> slots, VoxelMap& map);
   void update_by_rays(const FrameView& view, std::span<const Slot> slots, VoxelMap& map);
   void update_block_by_rays(const FrameView& view, BlockIndex index, VoxelBlock& block) const;
 
   bool raycast_;
+  bool grazing_;
   Band band_;
   float voxel_size_m_;
   float max_weight_;
   LabelVotes votes_;
+  std::vector<float> scale_;  // of signed distances, by pixel
   DepthTiles depth_tiles_;
   std::array<std::vector<std::uint64_t>, kChunks> keys_;  // per chunk: the blocks that it touches
   RayTable ray_table_;

@@ -4,16 +4,19 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
 #include "panoptic/objects/object_contacts.h"
+#include "panoptic/objects/object_support.h"
 #include "panoptic/objects/relabelling.h"
 
 namespace panoptic {
 namespace {
 
 constexpr float kSmallestPiece_m2 = 0.008F;  // a cup seen from one side
+constexpr double kSure = 0.75;               // support from which on no rule overrules an object
 constexpr const char* kOther = "other";      // the class of things of no other class, if the label set has it
 
 // How many surface voxels an area of surface takes: the band around it is three voxels wide.
@@ -63,6 +66,7 @@ Fields fields(MaintenanceOptions& o) {
           {"min_observations", &o.min_observations,
            "objects seen in fewer frames are dropped at the end (in short recordings: in less than 1 of 35 labelled frames)",
            in_range(0, kMany)},
+          {"min_certainty", &o.min_certainty, "unless it is as probable that any of their detections was right", in_range(0, 1)},
           {"min_thing_m2", &o.min_thing_m2, "things of no class with less surface are dropped at the end", in_range(0, 100)},
           {"min_region_m2", &o.min_region_m2, "unknown regions with at least this surface become things at the end",
            in_range(0, 10000)},
@@ -116,10 +120,10 @@ void ObjectMaintenance::finish(PanopticMap& map, FrameVotes& votes, const SoFar&
   drop_strays(pass);
   rule_out_by_size(pass);
   if (options_.floor_height_m > 0) level_floor(pass);
-  drop_faint(pass);  // what stands on a table comes back as a thing without a class
+  drop_faint(pass, Judged::kAll);  // what stands on a table comes back as a thing without a class
   if (options_.carve) {
     carve_supports(pass);
-    drop_faint(pass);
+    drop_faint(pass, Judged::kUnobserved);
   }
   name_unknown_regions(pass);
   name_others(pass);
@@ -185,6 +189,11 @@ void ObjectMaintenance::carve_supports(Pass& pass) const {
   }
 }
 
+bool ObjectMaintenance::is_sure_part(const Pass& pass, std::uint32_t i) {
+  const Object* object = pass.map.objects.find(pass.surface.label(i));
+  return object != nullptr && is_sure(pass, *object, std::array{i});
+}
+
 std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const SupportTop& top, LabelSlot support,
                                                         const std::vector<bool>& unnamed) const {
   const double voxel_m = pass.map.voxels.voxel_size_m();
@@ -198,6 +207,7 @@ std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const 
       const LabelSlot label = pass.surface.label(i);
       if (label != support && (!over || !unnamed[number(label)])) continue;
       if (label == LabelSlot::kUnknown && !is_voted_on(pass, i)) continue;
+      if (label == support && is_sure_part(pass, i)) continue;
       const Vec3d p = place_m(pass.surface[i], voxel_m);
       if (stands_on(top, p, options_.carve_height_m, label != support)) things.push_back(i);
     }
@@ -224,15 +234,17 @@ void ObjectMaintenance::carve(Pass& pass, const std::vector<std::uint32_t>& piec
 void ObjectMaintenance::drop_strays(Pass& pass) const {
   std::vector<std::uint32_t> strays;
   for (const auto& [id, voxels] : objects_of(pass)) {
+    const Object& object = *pass.map.objects.find(id);
     const auto pieces = pass.surface.components(voxels, 2);
     std::size_t largest = 0;
     for (const auto& piece : pieces) largest = std::max(largest, piece.size());
     for (const auto& piece : pieces) {
       if (static_cast<float>(piece.size()) >= options_.stray_share * static_cast<float>(largest)) continue;
+      if (is_sure(pass, object, piece)) continue;
       strays.insert(strays.end(), piece.begin(), piece.end());
     }
   }
-  fill_from_neighbours(std::move(strays), pass.surface);
+  fill_from_neighbours(std::move(strays), pass.map.voxels, pass.surface);
 }
 
 // Only where the evidence knows another class that fits: a wrong size alone may as well be a wrong outline.
@@ -241,7 +253,7 @@ void ObjectMaintenance::rule_out_by_size(Pass& pass) const {
   constexpr double kAbsurd = 1.5;
   for (const auto& [id, voxels] : objects_of(pass)) {
     const Object* object = pass.map.objects.find(id);
-    if (object->observations == 0) continue;
+    if (object->observations == 0 || is_sure(pass, *object, voxels)) continue;
     const double length = length_m(pass.surface, voxels, pass.map.voxels.voxel_size_m()) / options_.size_margin;
     std::set<ClassId> too_small;
     double most_that_fits = 0;
@@ -267,37 +279,53 @@ void ObjectMaintenance::level_floor(Pass& pass) const {
   const VoxelsByLabel own = pass.surface.by_label([&](LabelSlot label) { return label == id; });
   const auto plane = own.empty() ? std::nullopt : fit_top(pass.map.voxels, pass.surface, own.at(id), pass.up);
   if (!plane) return;
+  const std::vector<bool> sure = sure_objects(pass);
   for (std::uint32_t i = 0; i < pass.surface.size(); ++i) {
+    if (sure[number(pass.surface.label(i))]) continue;
     const double height = plane->height_above(place_m(pass.surface[i], pass.map.voxels.voxel_size_m()));
     if (std::abs(height) > options_.floor_height_m) continue;
     if (normal_of(pass.map.voxels, pass.surface[i]).dot(pass.up) > kLevel) pass.surface.relabel(i, id);
   }
 }
 
-bool ObjectMaintenance::is_faint(const Pass& pass, const Object& object, std::size_t voxels) const {
-  if (object.observations == 0) return voxels < voxels_of(options_.min_thing_m2, pass.map.voxels);
-  return object.observations < pass.min_observations || voxels < voxels_of(kSmallestPiece_m2, pass.map.voxels) ||
-         pass.map.objects.class_of(object.slot) == ClassId::kUnknown;
+bool ObjectMaintenance::is_sure(const Pass& pass, const Object& object, std::span<const std::uint32_t> voxels) {
+  return support(object, votes_in(pass.map.voxels, pass.surface, voxels)) >= kSure;
 }
 
-void ObjectMaintenance::drop_faint(Pass& pass) const {
+std::vector<bool> ObjectMaintenance::sure_objects(const Pass& pass) {
+  std::vector<bool> sure(kLabelSlots, false);
+  for (const auto& [id, voxels] : objects_of(pass)) sure[number(id)] = is_sure(pass, *pass.map.objects.find(id), voxels);
+  return sure;
+}
+
+bool ObjectMaintenance::is_faint(const Pass& pass, const Object& object, std::span<const std::uint32_t> voxels) const {
+  if (object.observations == 0) return voxels.size() < voxels_of(options_.min_thing_m2, pass.map.voxels);
+  if (pass.map.objects.class_of(object.slot) == ClassId::kUnknown) return true;
+  const Votes votes = votes_in(pass.map.voxels, pass.surface, voxels);
+  if (object.observations < pass.min_observations && certainty(object, votes) < options_.min_certainty) return true;
+  return voxels.size() < voxels_of(kSmallestPiece_m2, pass.map.voxels) && support(object, votes) < kSure;
+}
+
+// Objects that are left of none but votes, or of voxels behind the surface, go too.
+void ObjectMaintenance::drop_faint(Pass& pass, Judged judged) const {
   Renaming renaming;
   std::vector<std::uint32_t> dropped;
   const VoxelsByLabel at_surface = objects_of(pass);
   std::vector<bool> in_use = ids_in_use(pass.map.voxels);
   pass.votes.add_in_use(in_use);
-  for (std::size_t n = pass.map.labels.first_thing(); n < kLabelSlots;
-       ++n) {  // what is left of them behind the surface, or in votes
+  for (std::size_t n = pass.map.labels.first_thing(); n < kLabelSlots; ++n) {
     const auto id = static_cast<LabelSlot>(n);
     if (in_use[n] && pass.map.objects.find(id) != nullptr && !at_surface.contains(id)) renaming.add(id, LabelSlot::kUnknown);
   }
   for (const auto& [id, voxels] : at_surface) {
-    if (!is_faint(pass, *pass.map.objects.find(id), voxels.size())) continue;
+    const Object& object = *pass.map.objects.find(id);
+    if (judged == Judged::kUnobserved && object.observations > 0) continue;
+    if (!is_faint(pass, object, voxels)) continue;
     renaming.add(id, LabelSlot::kUnknown);
     dropped.insert(dropped.end(), voxels.begin(), voxels.end());
   }
   renaming.apply(pass.map.voxels, pass.votes, pass.surface);
-  fill_from_neighbours(std::move(dropped), pass.surface);
+  fill_from_neighbours(std::move(dropped), pass.map.voxels, pass.surface);
 }
 
 void ObjectMaintenance::name_unknown_regions(Pass& pass) const {

@@ -59,6 +59,9 @@ class ObjectMaintenance {
     std::uint64_t min_observations = 0;
   };
 
+  // Which objects are looked at. Those that a frame saw are judged once, by what the frames said.
+  enum class Judged : std::uint8_t { kAll, kUnobserved };
+
   Pass begin(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
   static VoxelsByLabel objects_of(const Pass& pass);
   static bool is_voted_on(const Pass& pass, std::uint32_t i);
@@ -70,10 +73,13 @@ class ObjectMaintenance {
   void drop_strays(Pass& pass) const;
   void rule_out_by_size(Pass& pass) const;
   void level_floor(Pass& pass) const;
-  void drop_faint(Pass& pass) const;
+  void drop_faint(Pass& pass, Judged judged) const;
   void name_unknown_regions(Pass& pass) const;
   void name_others(Pass& pass) const;
-  bool is_faint(const Pass& pass, const Object& object, std::size_t voxels) const;
+  bool is_faint(const Pass& pass, const Object& object, std::span<const std::uint32_t> voxels) const;
+  static bool is_sure(const Pass& pass, const Object& object, std::span<const std::uint32_t> voxels);
+  static bool is_sure_part(const Pass& pass, std::uint32_t i);
+  static std::vector<bool> sure_objects(const Pass& pass);  // by slot
   bool are_apart(const Object& a, const Object& b) const;
 
   MaintenanceOptions options_;

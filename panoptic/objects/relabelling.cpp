@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <map>
 #include <numeric>
 #include <span>
+#include <unordered_map>
 #include <utility>
 
+#include "panoptic/objects/support_planes.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -15,12 +19,62 @@ namespace {
 
 using Counts = std::vector<std::pair<LabelSlot, int>>;
 
-// The most frequent label around a hole, other holes left out; kNoVote where there is nothing. `counts` is for reuse.
-LabelSlot label_around(std::uint32_t hole, const SurfaceVoxels& surface, const std::vector<bool>& open, Counts& counts) {
+constexpr double kFrayed_voxels = 3;  // from the rim: whatever lies there is taken for a frayed border
+constexpr double kFlush_voxels = 1;   // from the plane of the rim
+constexpr double kAlike = 0.8;        // cosine between normals of one plane; where things meet they are bent
+constexpr double kSlope = 0.05;       // of a normal that is known to three degrees
+
+// A place on the surface near a voxel, in voxels, and the normal there; zero where it is not known.
+struct Facet {
+  Vec3d place = Vec3d::Zero();
+  Vec3d normal = Vec3d::Zero();
+};
+
+Facet facet_of(const VoxelMap& map, const SurfaceVoxel& voxel) {
+  const Vec3d normal = normal_of(map, voxel);
+  const double distance = double{map.block(voxel.slot).distance(voxel.voxel)} / double{map.voxel_size_m()};
+  return {place_m(voxel, 1) - normal * distance, normal};
+}
+
+// Filling in progress.
+struct Filling {
+  const VoxelMap& map;
+  const SurfaceVoxels& surface;
+  std::vector<bool> open;                         // by surface voxel: a hole
+  std::unordered_map<std::uint32_t, Facet> rims;  // of holes that were filled: where the label came from
+
+  // The rim that a neighbour of a hole stands for.
+  Facet rim_of(std::uint32_t neighbour) const {
+    const auto found = rims.find(neighbour);
+    return found != rims.end() ? found->second : facet_of(map, surface[neighbour]);
+  }
+
+  bool reaches(const Facet& rim, const Facet& hole) const {
+    const Vec3d from = hole.place - rim.place;
+    if (from.cwiseAbs().maxCoeff() <= kFrayed_voxels) return true;
+    const bool turned = hole.normal.squaredNorm() > 0 && hole.normal.dot(rim.normal) < kAlike;
+    return rim.normal.squaredNorm() > 0 && !turned && std::abs(from.dot(rim.normal)) <= kFlush_voxels + kSlope * from.norm();
+  }
+};
+
+struct Fill {
+  std::uint32_t hole = 0;
+  LabelSlot label = LabelSlot::kNoVote;
+  Facet rim;
+};
+
+// The most frequent label around a hole whose rim reaches it, other holes left out; kNoVote where there is none. `counts` is for
+// reuse.
+Fill fill_of(std::uint32_t hole, const Filling& filling, Counts& counts) {
   counts.clear();
-  surface.visit_near(hole, 1, [&](std::uint32_t neighbour) {
-    if (open[neighbour]) return;
-    const LabelSlot label = surface.label(neighbour);
+  std::map<LabelSlot, Facet> rims;
+  const Facet place = facet_of(filling.map, filling.surface[hole]);
+  filling.surface.visit_near(hole, 1, [&](std::uint32_t neighbour) {
+    if (filling.open[neighbour]) return;
+    const Facet rim = filling.rim_of(neighbour);
+    if (!filling.reaches(rim, place)) return;
+    const LabelSlot label = filling.surface.label(neighbour);
+    rims.try_emplace(label, rim);
     const auto known = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == label; });
     if (known == counts.end()) {
       counts.emplace_back(label, 1);
@@ -31,16 +85,15 @@ LabelSlot label_around(std::uint32_t hole, const SurfaceVoxels& surface, const s
   const auto best = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
     return std::pair(a.second, -int{number(a.first)}) < std::pair(b.second, -int{number(b.first)});
   });
-  return best == counts.end() ? LabelSlot::kNoVote : best->first;
+  return best == counts.end() ? Fill{hole} : Fill{hole, best->first, rims.at(best->first)};
 }
 
 // The holes next to these voxels, each once. `listed` has no voxel before and after.
-std::vector<std::uint32_t> holes_around(std::span<const std::pair<std::uint32_t, LabelSlot>> filled, const SurfaceVoxels& surface,
-                                        const std::vector<bool>& open, std::vector<bool>& listed) {
+std::vector<std::uint32_t> holes_around(std::span<const Fill> filled, const Filling& filling, std::vector<bool>& listed) {
   std::vector<std::uint32_t> holes;
-  for (const auto& [voxel, label] : filled) {
-    surface.visit_near(voxel, 1, [&](std::uint32_t neighbour) {
-      if (!open[neighbour] || listed[neighbour]) return;
+  for (const Fill& fill : filled) {
+    filling.surface.visit_near(fill.hole, 1, [&](std::uint32_t neighbour) {
+      if (!filling.open[neighbour] || listed[neighbour]) return;
       listed[neighbour] = true;
       holes.push_back(neighbour);
     });
@@ -77,26 +130,27 @@ void Renaming::apply(VoxelMap& map, FrameVotes& votes, SurfaceVoxels& surface) c
   }
 }
 
-void fill_from_neighbours(std::vector<std::uint32_t> holes, SurfaceVoxels& surface) {
-  std::vector<bool> open(surface.size(), false);
+void fill_from_neighbours(std::vector<std::uint32_t> holes, const VoxelMap& map, SurfaceVoxels& surface) {
+  Filling filling{map, surface, std::vector<bool>(surface.size(), false), {}};
   std::vector<bool> listed(surface.size(), false);
   for (const std::uint32_t hole : holes) {
-    open[hole] = true;
+    filling.open[hole] = true;
     surface.relabel(hole, LabelSlot::kUnknown);
   }
   Counts counts;
   while (!holes.empty()) {
-    std::vector<std::pair<std::uint32_t, LabelSlot>> filled;
+    std::vector<Fill> filled;
     for (const std::uint32_t hole : holes) {
-      const LabelSlot label = label_around(hole, surface, open, counts);
-      if (label != LabelSlot::kNoVote) filled.emplace_back(hole, label);
+      Fill fill = fill_of(hole, filling, counts);
+      if (fill.label != LabelSlot::kNoVote) filled.push_back(fill);
     }
-    for (const auto& [hole, label] : filled) {
-      surface.relabel(hole, label);
-      open[hole] = false;
+    for (const Fill& fill : filled) {
+      surface.relabel(fill.hole, fill.label);
+      filling.open[fill.hole] = false;
+      filling.rims.emplace(fill.hole, fill.rim);
     }
     // Only there is anything new to see.
-    holes = holes_around(filled, surface, open, listed);
+    holes = holes_around(filled, filling, listed);
   }
 }
 

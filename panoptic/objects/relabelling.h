@@ -27,8 +27,9 @@ class Renaming {
   std::vector<std::uint16_t> new_label_;
 };
 
-// Gives the holes the label most frequent among their neighbours, from the rim inwards; ties go to the lower label. Holes that
-// nothing surrounds become unknown.
-void fill_from_neighbours(std::vector<std::uint32_t> holes, SurfaceVoxels& surface);
+// Gives the holes the label most frequent among their neighbours, from the rim inwards; ties go to the lower label. More than
+// three voxels from the rim they take only the label of surface in whose plane they lie: a wall goes on behind what was dropped,
+// but a cabinet is no wall. Holes that nothing surrounds, and those that no rim explains, become unknown.
+void fill_from_neighbours(std::vector<std::uint32_t> holes, const VoxelMap& map, SurfaceVoxels& surface);
 
 }  // namespace panoptic

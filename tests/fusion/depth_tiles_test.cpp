@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "panoptic/fusion/frame_view.h"
+#include "panoptic/fusion/grazing.h"
 #include "panoptic/map/brick_pool.h"
 #include "tests/block_planes.h"
 #include "tests/fusion/scenes.h"
@@ -57,7 +58,9 @@ struct View {
                   frame.world_from_camera.linear().cast<float>(),
                   frame.world_from_camera.translation(),
                   8};
-    tiles.build(depth.data(), camera.width, camera.height);
+    grazing_scales(frame_view.pixels, band, voxel_m, scale);
+    frame_view.pixels.scale = scale.data();
+    tiles.build(frame_view.pixels, band);
   }
 
   float voxel_m;
@@ -65,6 +68,7 @@ struct View {
   std::vector<float> depth;
   std::vector<std::uint32_t> color;
   std::vector<LabelSlot> label;
+  std::vector<float> scale;
   FrameView frame_view;
   DepthTiles tiles;
 };
@@ -99,14 +103,14 @@ TEST(DepthTiles, LeaveOutNoBrickInWhichAVoxelIsObserved) {
       const View view(random, voxel_m);
       for (int n = 0; n < 150; ++n) {
         const BlockInCamera place = view.frame_view.in_camera(block_near_surface(view, random), voxel_m);
-        const std::uint64_t bricks = bricks_in_band(view.frame_view.pixels, view.tiles, place, view.band);
+        const BricksInBand bricks = bricks_in_band(view.frame_view.pixels, view.tiles, place, view.band);
         BrickPool pool;
         VoxelBlock some(pool);
         VoxelBlock whole(pool);
         integrate_block(view.frame_view.pixels, place, view.band, bricks, some);
-        integrate_block(view.frame_view.pixels, place, view.band, ~std::uint64_t{0}, whole);
+        integrate_block(view.frame_view.pixels, place, view.band, {~std::uint64_t{0}, true}, whole);
         ASSERT_TRUE(is_same(some, whole)) << voxel_m << " view " << i << " block " << n;
-        looked_at += static_cast<std::size_t>(std::popcount(bricks));
+        looked_at += static_cast<std::size_t>(std::popcount(bricks.bricks));
         for (int b = 0; b < kBlockBricks; ++b) observed += whole.brick(b).count() > 0 ? 1 : 0;
         all += kBlockBricks;
       }
@@ -123,7 +127,11 @@ TEST(DepthTiles, HoldTheRangeOfTheirPixelsOnEveryLevel) {
     for (int i = 0; i < width * height; ++i)
       depth.push_back(random() % 3 == 0 ? 0.0F : static_cast<float>(random() % 5000) / 1e3F);
     DepthTiles tiles;
-    tiles.build(depth.data(), width, height);
+    KernelFrame frame;
+    frame.depth = depth.data();
+    frame.width = width;
+    frame.height = height;
+    tiles.build(frame, {});
     int side = 8;
     for (const DepthTiles::Level& level : tiles.levels()) {
       ASSERT_EQ(level.columns, (width + side - 1) / side);

@@ -10,6 +10,7 @@
 
 #include "panoptic/fusion/integrator.h"
 #include "tests/block_planes.h"
+#include "tests/fusion/naive_grazing.h"
 #include "tests/fusion/scenes.h"
 
 namespace panoptic {
@@ -184,6 +185,7 @@ struct NaiveLabel {
 // The labels of one frame for every voxel of a block, by projecting its centre.
 void observe_naively(const Frame& frame, const RegisteredFrame& registered, const std::vector<LabelSlot>& labels, BlockIndex b,
                      std::vector<NaiveLabel>& voxels) {
+  const KernelFrame pixels = test::depths_of(frame, registered);
   constexpr double kBand_m = 4 * double{kVoxel_m};
   const Pose camera_from_world = frame.world_from_camera.inverse();
   for (int i = 0; i < kBlockVoxels; ++i) {
@@ -194,8 +196,11 @@ void observe_naively(const Frame& frame, const RegisteredFrame& registered, cons
     if (p.z() <= 0 || u < 0 || v < 0 || u >= registered.width || v >= registered.height) continue;
     const auto pixel = static_cast<std::size_t>(v * registered.width + u);
     const double z = registered.depth[pixel];
-    const double d = (z - p.z()) * p.norm() / p.z();
-    if (z <= 0 || std::abs(d) >= kBand_m || labels[pixel] == LabelSlot::kNoVote) continue;
+    if (z <= 0 || labels[pixel] == LabelSlot::kNoVote) continue;
+    const double scale = test::naive_scale(pixels, {static_cast<float>(kBand_m), kVoxel_m}, double{kVoxel_m}, static_cast<int>(u),
+                                           static_cast<int>(v));
+    const double d = (z - p.z()) * p.norm() / p.z() * scale;
+    if (std::abs(d) >= kBand_m) continue;
     const double drop = d < -double{kVoxel_m} ? (kBand_m + d) / (kBand_m - double{kVoxel_m}) : 1;
     voxels[static_cast<std::size_t>(i)].observe(number(labels[pixel]), drop / (z * z));
   }

@@ -45,9 +45,9 @@ struct World {
   explicit World(const MaintenanceOptions& options = {}, LabelSet label_set = labels())
       : map(MapOptions{}, std::move(label_set)), maintenance(options) {}
 
-  LabelSlot seen(ClassId class_id, int times = 20, const std::vector<ClassProbability>& probabilities = {}) {
+  LabelSlot seen(ClassId class_id, int times = 20, const std::vector<ClassProbability>& probabilities = {}, float score = 0.5F) {
     const LabelSlot id = *map.objects.create();
-    for (int t = 0; t < times; ++t) map.objects.observe(id, {class_id, 0.5F, probabilities}, t);
+    for (int t = 0; t < times; ++t) map.objects.observe(id, {class_id, score, probabilities}, t);
     return id;
   }
 

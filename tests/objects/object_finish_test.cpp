@@ -90,12 +90,49 @@ TEST(ObjectMaintenance, DropsStrayPiecesAndFillsThemFromAroundThem) {
 TEST(ObjectMaintenance, DropsRarelySeenObjectsAndFillsThem) {
   for (const int times : {5, 6}) {
     World world(MaintenanceOptions{.floor_height_m = 0});
-    const LabelSlot rare = world.seen(kChair, times);
+    const LabelSlot rare = world.seen(kChair, times, {}, 0.2F);
     const LabelSlot often = world.seen(kSofa, 50);
     add_to(world, {solid_box({-0.6, 0, 0}, {0, 0.6, 0.4}, often), solid_box({-0.4, 0.2, 0.2}, {-0.2, 0.4, 0.41}, rare)});
     ASSERT_EQ(world.at({-0.3, 0.3, 0.41}), rare);
     world.finish();
     EXPECT_EQ(world.at({-0.3, 0.3, 0.41}), times == 5 ? often : rare);
+  }
+}
+
+// One detection of .9 is right more often than five of .2.
+TEST(ObjectMaintenance, KeepsRarelySeenObjectsThatTheNetworksAreSureOf) {
+  for (const float score : {0.7F, 0.9F}) {
+    World world(MaintenanceOptions{.floor_height_m = 0});
+    const LabelSlot once = world.seen(kChair, 1, {}, score);
+    add_to(world, {solid_box({-0.4, 0.2, 0.2}, {-0.1, 0.5, 0.5}, once)});
+    world.finish();
+    EXPECT_EQ(world.ids().contains(once), score > 0.8F) << score;
+  }
+}
+
+// The cabinet before the wall was hardly seen; the wall goes on where it hung, and its own faces are no wall.
+TEST(ObjectMaintenance, FillsTheHoleOfADroppedObjectOnlyInThePlaneOfItsSurroundings) {
+  World world(MaintenanceOptions{.floor_height_m = 0});
+  const LabelSlot wall = stuff(test::kWall);
+  const LabelSlot picture = world.seen(kChair, 1, {}, 0.2F);
+  const LabelSlot cabinet = world.seen(kSofa, 1, {}, 0.2F);
+  add_to(world, {solid_box({-1.1, 0.5, -0.1}, {1.1, 0.8, 1.1}, wall), solid_box({-0.9, 0.495, 0.2}, {-0.2, 0.8, 0.9}, picture),
+                 solid_box({0.1, -0.1, 0.2}, {0.9, 0.8, 0.9}, cabinet)});
+  world.finish();
+  EXPECT_EQ(world.at({-0.55, 0.5, 0.55}), wall);
+  const LabelSlot thing = world.at({0.5, -0.1, 0.55});
+  EXPECT_NE(thing, wall);
+  EXPECT_TRUE(world.map.labels.is_object(thing)) << "a thing without a class: that something is there is certain";
+}
+
+TEST(ObjectMaintenance, DoesNotOverruleWhatTheNetworksAreSureOf) {
+  for (const float score : {0.5F, 0.95F}) {
+    World world;
+    const LabelSlot rug = world.seen(kBag, 20, {}, score);
+    add_to(world, {solid_ground(kUp, 0, stuff(kFloor)), solid_box({-0.6, -0.5, -0.1}, {0.4, 0.5, 0.02}, rug)});
+    ASSERT_EQ(world.at({-0.1, 0, 0.01}), rug);
+    world.finish();
+    EXPECT_EQ(world.at({-0.1, 0, 0.01}), score > 0.9F ? rug : stuff(kFloor)) << score;
   }
 }
 

@@ -7,8 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
+#include <tuple>
+#include <utility>
 
+#include "panoptic/objects/support_planes.h"
 #include "panoptic/parallel.h"
 #include "tests/block_planes.h"
 #include "tests/fusion/small_maps.h"
@@ -32,24 +36,61 @@ bool touch(const SurfaceVoxel& a, const SurfaceVoxel& b) {
   return true;
 }
 
+// A place of the surface in voxels, and its normal.
+struct Facet {
+  Vec3d place;
+  Vec3d normal;
+};
+
+Facet facet_of(const VoxelMap& map, const SurfaceVoxel& v) {
+  const Vec3d normal = normal_of(map, v);
+  const double distance = double{map.block(v.slot).distance(v.voxel)} / double{map.voxel_size_m()};
+  return {place_m(v, 1) - normal * distance, normal};
+}
+
+bool reaches(const Facet& rim, const Facet& hole) {
+  const Vec3d from = hole.place - rim.place;
+  if (from.cwiseAbs().maxCoeff() <= 3) return true;
+  if (rim.normal.norm() == 0 || (hole.normal.norm() > 0 && hole.normal.dot(rim.normal) < 0.8)) return false;
+  return std::abs(from.dot(rim.normal)) <= 1 + 0.05 * from.norm();
+}
+
+// Voxels in the order of z, y and x.
+std::vector<std::uint32_t> in_order(const SurfaceVoxels& surface) {
+  std::vector<std::uint32_t> all(surface.size());
+  std::iota(all.begin(), all.end(), 0U);
+  std::sort(all.begin(), all.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const auto pa = surface[a].at;
+    const auto pb = surface[b].at;
+    return std::tuple(pa[2], pa[1], pa[0]) < std::tuple(pb[2], pb[1], pb[0]);
+  });
+  return all;
+}
+
 // Round by round over all pairs; a round sees only what the rounds before it filled.
-std::vector<LabelSlot> naive_fill(const SurfaceVoxels& surface, std::set<std::uint32_t> holes) {
+std::vector<LabelSlot> naive_fill(const VoxelMap& map, const SurfaceVoxels& surface, std::set<std::uint32_t> holes) {
   std::vector<LabelSlot> labels = labels_of(surface);
+  const std::vector<std::uint32_t> all = in_order(surface);
+  std::vector<Facet> rims;
+  for (std::uint32_t i = 0; i < surface.size(); ++i) rims.push_back(facet_of(map, surface[i]));
+  const std::vector<Facet> facets = rims;
   for (bool progress = true; progress;) {
-    std::map<std::uint32_t, LabelSlot> filled;
+    std::map<std::uint32_t, std::pair<LabelSlot, Facet>> filled;
     for (const std::uint32_t hole : holes) {
-      std::map<LabelSlot, int> counts;
-      for (std::uint32_t i = 0; i < surface.size(); ++i) {
-        if (!holes.contains(i) && touch(surface[hole], surface[i])) ++counts[labels[i]];
+      std::map<LabelSlot, std::vector<std::uint32_t>> around;
+      for (const std::uint32_t i : all) {
+        if (!holes.contains(i) && touch(surface[hole], surface[i]) && reaches(rims[i], facets[hole]))
+          around[labels[i]].push_back(i);
       }
-      int most = 0;
-      for (const auto& [label, count] : counts) {
-        if (count > most) filled[hole] = label;
-        most = std::max(most, count);
+      std::size_t most = 0;
+      for (const auto& [label, neighbours] : around) {
+        if (neighbours.size() > most) filled[hole] = {label, rims[neighbours.front()]};
+        most = std::max(most, neighbours.size());
       }
     }
-    for (const auto& [hole, label] : filled) {
-      labels[hole] = label;
+    for (const auto& [hole, fill] : filled) {
+      labels[hole] = fill.first;
+      rims[hole] = fill.second;
       holes.erase(hole);
     }
     progress = !filled.empty();
@@ -72,7 +113,7 @@ VoxelMap line_of(const std::vector<int>& labels) {
 std::vector<LabelSlot> filled_line(const std::vector<int>& labels, std::vector<std::uint32_t> holes) {
   const VoxelMap map = line_of(labels);
   SurfaceVoxels surface(map);
-  fill_from_neighbours(std::move(holes), surface);
+  fill_from_neighbours(std::move(holes), map, surface);
   return labels_of(surface);
 }
 
@@ -85,15 +126,35 @@ TEST(Filling, EqualsANaiveFillRoundByRound) {
     for (std::uint32_t i = 0; i < surface.size(); ++i) {
       if (random() % 10 < 7) holes.push_back(i);
     }
-    const std::vector<LabelSlot> expected = naive_fill(surface, {holes.begin(), holes.end()});
+    const std::vector<LabelSlot> expected = naive_fill(map, surface, {holes.begin(), holes.end()});
     std::shuffle(holes.begin(), holes.end(), random);
-    fill_from_neighbours(holes, surface);
+    fill_from_neighbours(holes, map, surface);
     EXPECT_EQ(labels_of(surface), expected);
   }
 }
 
 TEST(Filling, GoesFromTheRimInwardsAndMeetsInTheMiddle) {
   EXPECT_EQ(filled_line({9, 5, 5, 5, 5, 7}, {1, 2, 3, 4}), (std::vector{pid(9), pid(9), pid(9), pid(7), pid(7), pid(7)}));
+}
+
+// A floor that meets a wall; the hole is a strip of both, deeper than a border can be frayed.
+TEST(Filling, FarFromTheRimGoesOnlyInItsPlane) {
+  VoxelMap room{MapOptions{}};
+  test::add_solids(
+      room,
+      {test::solid_box({-0.6, -0.6, -0.3}, {0.6, 0.6, 0}, pid(2)), test::solid_box({-0.6, 0.3, -0.3}, {0.6, 0.6, 0.7}, pid(1))},
+      {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
+  SurfaceVoxels surface(room);
+  const std::vector<LabelSlot> before = labels_of(surface);
+  std::vector<std::uint32_t> holes;
+  for (std::uint32_t i = 0; i < surface.size(); ++i) {
+    if (std::abs(place_m(surface[i], room.voxel_size_m()).x()) < 0.3) holes.push_back(i);
+  }
+  fill_from_neighbours(holes, room, surface);
+  std::size_t wrong = 0;
+  for (const std::uint32_t i : holes) wrong += surface.label(i) != before[i] && surface.label(i) != LabelSlot::kUnknown ? 1 : 0;
+  EXPECT_GT(holes.size(), 2000U);
+  EXPECT_LT(wrong, holes.size() / 50) << "only where wall and floor meet";
 }
 
 TEST(Filling, GivesTiesToTheLowerLabel) {
