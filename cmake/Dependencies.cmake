@@ -19,6 +19,9 @@ endif()
 # map/ alone: the map file
 find_package(SQLite3 3.37 REQUIRED)
 find_package(zstd REQUIRED)
+# planning/ alone: the navigation mesh, the octree
+find_package(Recast REQUIRED)
+find_package(OctoMapParts REQUIRED)
 # sim/ alone: rays, the furniture's archive and its models
 if(PANOPTIC_SIM)
   find_package(embree 3 REQUIRED)

@@ -146,6 +146,21 @@ void add_map_commands(CLI::App& app, Arguments& a) {
   regularize->add_option("--set", a.settings, "one option, regularizer.key=value; may be repeated");
 }
 
+void add_plan(CLI::App& app, Arguments& a) {
+  CLI::App* plan = add_map_command(app, "plan", "distances, grids, navigation meshes and ways for those who move in a map", a);
+  plan->add_option("-o,--output", a.output, "folder for grid.pgm, esdf.npy, navmesh.glb, path.json ...")->required();
+  CLI::Option* from = plan->add_option("--from", a.path_from, "where a way begins: x,y,z in metres, in the world of the map");
+  CLI::Option* to = plan->add_option("--to", a.path_to, "where it ends: x,y,z, or a thing by the name of its node in scene.glb");
+  from->needs(to);
+  to->needs(from);
+  const AgentSize usual;
+  plan->add_option("--radius", a.agent.radius_m, fmt::format("of whoever moves, metres, default {}", usual.radius_m));
+  plan->add_option("--height", a.agent.height_m, fmt::format("of whoever moves, metres, default {}", usual.height_m));
+  plan->add_option("--climb", a.agent.climb_m, fmt::format("the highest step that it takes, metres, default {}", usual.climb_m));
+  plan->add_option("--band", a.bands, "z0:z1, heights above the floor for a grid of their own; may be repeated");
+  plan->footer("Write --from=-1,2,0 where the first number is negative. docs/planning.md describes the files.");
+}
+
 void add_map_pairs(CLI::App& app, Arguments& a) {
   CLI::App* merge =
       add_map_command(app, "merge", "make one map file of two of the same place, in the same frame of reference", a);
@@ -237,6 +252,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_evaluation(*app.add_subcommand("eval", "score a run, or a submission, against ScanNet-style ground truth"), a);
   add_map_commands(app, a);
   add_map_pairs(app, a);
+  add_plan(app, a);
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);

@@ -12,6 +12,7 @@
 
 #include "panoptic/error.h"
 #include "panoptic/options.h"
+#include "panoptic/planning.h"
 
 namespace panoptic {
 
@@ -84,6 +85,11 @@ struct Arguments {
   std::string query_nearest;
   std::string query_at;
   bool as_json = false;
+  // plan
+  std::string path_from;
+  std::string path_to;
+  std::vector<std::string> bands;
+  AgentSize agent;
   // benchmark
   bool quick = false;
   std::string group;

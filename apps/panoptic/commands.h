@@ -28,6 +28,7 @@ int map_query(const Arguments& arguments);
 int map_regularize(const Arguments& arguments);
 int map_merge(const Arguments& arguments);
 int map_diff(const Arguments& arguments);
+int plan(const Arguments& arguments);
 
 // Loads a map file; what its older format lacks is told in a line on stderr.
 struct SavedMap;

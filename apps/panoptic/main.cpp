@@ -31,6 +31,7 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "regularize") return panoptic::map_regularize(arguments);
   if (arguments.command == "merge") return panoptic::map_merge(arguments);
   if (arguments.command == "diff") return panoptic::map_diff(arguments);
+  if (arguments.command == "plan") return panoptic::plan(arguments);
   if (arguments.command == "options") {
     panoptic::Options options;
     fmt::print("{}", panoptic::describe(panoptic::fields(options)));

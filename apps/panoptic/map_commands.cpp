@@ -5,9 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -15,6 +12,7 @@
 #include <vector>
 
 #include "apps/panoptic/commands.h"
+#include "apps/panoptic/numbers.h"
 #include "panoptic/base/json.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/run_notes.h"
@@ -53,28 +51,6 @@ std::string line_of(const FoundObject& o, const LabelSet& labels) {
   const Vec3d size = o.box.max_m - o.box.min_m;
   return fmt::format("{:>6}  {:<16} at {:7.2f} {:7.2f} {:7.2f}  size {:5.2f} {:5.2f} {:5.2f} m  seen {} times", number(o.id),
                      labels.name_of(o.class_id), c.x(), c.y(), c.z(), size.x(), size.y(), size.z(), o.observations);
-}
-
-// "1,2.5,-3": so many finite numbers. Throws UsageError.
-std::vector<double> numbers_from(const std::string& text, std::size_t count, const char* flag) {
-  std::vector<double> numbers;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  while (at < end) {
-    double value = 0;
-    const auto [next, error] = std::from_chars(at, end, value);
-    if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) break;
-    numbers.push_back(value);
-    if (next + 1 == end) break;  // a comma at the end
-    at = next == end ? next : next + 1;
-  }
-  if (at == end && numbers.size() == count) return numbers;
-  throw UsageError(fmt::format("{} takes {} numbers with commas between them, not '{}'", flag, count, text));
-}
-
-Vec3d point_from(const std::string& text, const char* flag) {
-  const std::vector<double> n = numbers_from(text, 3, flag);
-  return {n[0], n[1], n[2]};
 }
 
 struct Answer {

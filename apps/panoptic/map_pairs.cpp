@@ -160,6 +160,7 @@ int map_diff(const Arguments& a) {
   tell_note(note_of_format(before.saved, a.map));
   tell_note(note_of_format(after.saved, a.other_map));
   const MapDiff diff = diff_maps(before, after, a.map, a.other_map);
+  for (const std::string& note : diff.notes) tell_note(note);
   const LabelSet& labels = before.saved.map.labels;
   if (!a.json.empty()) write_json_file(a.json, to_json(diff, a, labels));
   if (!a.png.empty()) write_picture(a.png, diff, before, after);

@@ -98,6 +98,7 @@ py::object object_or_none(const std::optional<FoundObject>& object, const LabelS
 py::dict diff(const fs::path& a, const fs::path& b) {
   const auto [before, after] = released([&] { return std::pair(load_map_with_frames(a), load_map_with_frames(b)); });
   const MapDiff found = released([&] { return diff_maps(before, after, a.string(), b.string()); });
+  warn(found.notes);
   py::list changes;
   for (const ObjectChange& change : found.changes) {
     py::dict entry;

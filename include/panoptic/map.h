@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A map: voxels, the objects that their labels name, and the classes that both are of.
+// A map: voxels, the space that was seen to be empty, the objects that labels name, and the classes of all.
 #pragma once
 
 #include <vector>
 
+#include "panoptic/free_space.h"
 #include "panoptic/labels.h"
 #include "panoptic/objects.h"
 #include "panoptic/voxel_map.h"
@@ -16,6 +17,7 @@ namespace panoptic {
 struct PanopticMap {
   LabelSet labels;
   VoxelMap voxels;
+  FreeSpaceMap free_space;
   ObjectRegistry objects;
 
   // An empty map. Throws Error as VoxelMap does.

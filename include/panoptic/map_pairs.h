@@ -46,6 +46,7 @@ struct MapDiff {
   std::vector<ObjectChange> changes;  // ascending by kind, then by the ids before and after
   std::size_t unchanged = 0;          // objects of A that are at their place in B, parts included
   std::size_t too_small = 0;          // objects without counterpart that are too small to say anything about
+  std::vector<std::string> notes;     // what had to be guessed, a line each
 };
 
 // Objects with fewer voxels near the surface are not compared.

@@ -65,8 +65,8 @@ class Mapper {
   // Per segment of the last frame that was added, or whose labels were: which one it is in the map. Stuff and whole classes have
   // their class number; kUnknown: none.
   std::vector<PanopticId> segment_ids() const;
-  // Stages "register", "reference", "track", "integrate", their sum "fusion", "maintain", "regularize" and "mesh"; callers add
-  // their own.
+  // Stages "register", "reference", "track", "integrate", "free space", their sum "fusion", "maintain", "regularize" and "mesh";
+  // callers add their own.
   Profile& profile();
   const Profile& profile() const;
   // The upward direction of the world as the cameras were mostly held: the mean of their -y axes, unit length. The -y

@@ -45,6 +45,8 @@ struct MapOptions {
   // all before it after ln 2 * max_weight / w frames, where w = 1/z^2 (for labels times the vote). Those are 6,900 frames at 1 m,
   // 620 at 0.3 m and 170,000 at 5 m; colours change no later. With cast rays a voxel is counted once per ray.
   float max_weight = 10000;
+  // Keeps in cells of 4 voxels what was seen to be empty (free_space.h). The paper has nothing of the kind.
+  bool free_space = true;
   int memory_limit_mb = 0;  // of 1e6 bytes; 0 = none
   // The folder of the file that holds what is beyond the limit; empty = the system's for temporary files (`panoptic run`: the
   // output folder).
@@ -69,6 +71,12 @@ struct IntegratorOptions {
   float object_vote = 4;
   // With "projective": across a surface the band reaches two voxels at least, however flat the view (fusion/grazing.h).
   bool grazing = true;
+};
+
+// Carving: what the camera looks through is cleared from the map. The paper has nothing of the kind. It needs map.free_space.
+struct CarvingOptions {
+  bool enabled = true;
+  int views = 5;  // that must look through a voxel, each from another place, and none sees a surface there meanwhile
 };
 
 // Object maintenance, which the paper has none of; docs/accuracy.md says what each rule gains.
@@ -129,6 +137,7 @@ struct Options {
   MapOptions map;
   TrackerOptions tracker;
   IntegratorOptions integrator;
+  CarvingOptions carving;
   MaintenanceOptions objects;
   RegularizerOptions regularizer;
   MesherOptions mesher;

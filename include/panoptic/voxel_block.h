@@ -128,6 +128,8 @@ class VoxelBlock {
   Brick& brick(int number) { return bricks_[static_cast<std::size_t>(number)]; }
   // Stores these voxels of a brick as well, all zero. Pointers into the brick become invalid.
   void store(int brick, std::uint64_t voxels);
+  // Stores these voxels of a brick no longer: nothing is known of them. Pointers into the brick become invalid.
+  void forget(int brick, std::uint64_t voxels);
 
   // Replaces the voxels by those that hold anything in `planes`, or by those of another block.
   void pack(const BlockPlanes& planes);

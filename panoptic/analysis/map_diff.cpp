@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/map_pairs.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -84,7 +86,7 @@ struct Side {
   explicit Side(const MapWithFrames& map)
       : saved(map.saved),
         objects(MapQuery(map.saved.map).objects()),
-        space(map.saved.map.voxels, map.frames, option_of(map.saved, "depth.max_m").value_or(double{DepthOptions{}.max_m})) {}
+        space(map.saved.map, map.frames, option_of(map.saved, "depth.max_m").value_or(double{DepthOptions{}.max_m})) {}
 
   const FoundObject* find(PanopticId id) const {
     const auto found = std::find_if(objects.begin(), objects.end(), [&](const FoundObject& o) { return o.id == id; });
@@ -161,6 +163,12 @@ ChangeKind kind_of(const Single& single, ChangeKind if_empty, ChangeKind if_unse
   return single.place_empty() ? if_empty : ChangeKind::kOtherLabel;
 }
 
+std::string note_of_guess(const std::string& name) {
+  return fmt::format(
+      "{} has no free space: what it saw to be empty is guessed, in a cone of {} degrees around where cameras looked", name,
+      SeenSpace::kViewCone_deg);
+}
+
 // Ascending by kind, then by ids.
 void sort_changes(std::vector<ObjectChange>& changes) {
   const auto id = [](const std::optional<FoundObject>& o) { return o ? o->id : PanopticId::kUnknown; };
@@ -191,6 +199,8 @@ MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::str
     matched_b.insert(match.b);
   }
   MapDiff diff;
+  if (before.space.is_guessed()) diff.notes.push_back(note_of_guess(name_a));
+  if (after.space.is_guessed()) diff.notes.push_back(note_of_guess(name_b));
   add_pairs(matches, before, after, diff);
   std::vector<Single> gone = singles_of(before, matched_a, after.space, diff.too_small);
   std::vector<Single> come = singles_of(after, matched_b, before.space, diff.too_small);

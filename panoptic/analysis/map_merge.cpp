@@ -202,6 +202,22 @@ void MergedObjects::take_up(const ObjectRegistry& b, const std::vector<ObjectMat
   }
 }
 
+// Clears bricks of the first map whose cells the later one has seen to be empty from so many views as carving takes.
+void carve_seen_through(const PanopticMap& later, VoxelMap& map) {
+  const int views = CarvingOptions{}.views;
+  parallel_for(map.block_count(), [&](std::size_t i) {
+    const BlockIndex index = map.index_of(static_cast<Slot>(i));
+    const VoxelBlock* theirs = later.voxels.find(index);
+    VoxelBlock& block = map.block(static_cast<Slot>(i));
+    for (int n = 0; n < kBlockBricks; ++n) {
+      const std::uint64_t stored = block.brick(n).stored();
+      const bool observed = theirs != nullptr && theirs->brick(n).stored() != 0;
+      if (stored == 0 || observed || later.free_space.record(cell_of(index, n)).evidence < views) continue;
+      block.forget(n, stored);
+    }
+  });
+}
+
 void merge_voxels(const VoxelMap& b, const MergedObjects& objects, float max_weight, VoxelMap& map) {
   map.begin_epoch();
   std::vector<Slot> into(b.block_count());
@@ -245,8 +261,10 @@ MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& 
   MergedObjects objects(into.map.objects, name_a + " and " + name_b);
   objects.take_up(b.saved.map.objects, merge.matches, merge.frame_shift);
   into.options.max_weight = common_max_weight(into.options.max_weight, b.saved.options.max_weight);
+  carve_seen_through(b.saved.map, into.map.voxels);
   merge_voxels(b.saved.map.voxels, objects, std::min(into.map.voxels.max_weight(), b.saved.map.voxels.max_weight()),
                into.map.voxels);
+  into.map.free_space.merge(b.saved.map.free_space);
   into.map.objects = objects.registry();
   into.map.prune();
   into.notes = {};

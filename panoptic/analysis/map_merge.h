@@ -22,6 +22,8 @@ struct MapMerge {
 // Voxels: weights and votes are summed, up to the lower of both max_weight, which the merged map has; distance and colour are
 // weighted means; of two labels the one with more weight stays and keeps the difference, as two observations of one voxel would
 // (Eq. 9-11; a draw leaves a's, without weight). All of it in the same way whichever map comes first.
+// Free space: what either saw; where they contradict each other, b is the later one and right. Where b looked through
+// bricks of a in which it observed nothing itself, those are cleared first.
 // Objects: match_objects tells which are one; evidence is summed. Objects of `a` keep their ids, those of `b` that have no
 // counterpart get new ones, which count up. Objects that lose their last voxel are retired.
 // Frames: those of `b` follow those of `a`. Where their numbers would not, a shift is added to them, in its objects too, so that

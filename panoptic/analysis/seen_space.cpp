@@ -35,7 +35,8 @@ class DistanceAt {
 
 }  // namespace
 
-SeenSpace::SeenSpace(const VoxelMap& map, const std::vector<FrameRecord>& frames, double reach_m) : map_(map), reach_m_(reach_m) {
+SeenSpace::SeenSpace(const PanopticMap& map, const std::vector<FrameRecord>& frames, double reach_m)
+    : map_(map.voxels), free_space_(map.free_space), reach_m_(reach_m) {
   std::vector<const FrameRecord*> used;
   for (const FrameRecord& frame : frames) {
     if (frame.unused_because.empty() && frame.world_from_camera) used.push_back(&frame);
@@ -52,6 +53,9 @@ Occupancy SeenSpace::at(const Vec3d& point_m) const {
 }
 
 bool SeenSpace::seen_through(const Vec3d& point_m) const {
+  const std::optional<CellIndex> cell = free_space_.cell_around(point_m);
+  if (cell && free_space_.at(*cell) == Space::kFree) return true;
+  // A cell beside a surface is not free as a whole; the cameras' cones tell what of it was seen.
   return std::any_of(cameras_.begin(), cameras_.end(), [&](const Pose& camera) { return passes(camera, point_m); });
 }
 

@@ -10,6 +10,7 @@
 #include <limits>
 #include <utility>
 
+#include "panoptic/base/polygon.h"
 #include "panoptic/data/speaker.h"
 #include "panoptic/parallel.h"
 
@@ -17,7 +18,6 @@ namespace panoptic {
 namespace {
 
 using Eigen::Matrix3d;
-using Vec2d = Eigen::Vector2d;
 
 // The vertices and triangles of one panoptic id.
 struct Part {
@@ -101,24 +101,6 @@ std::pair<Vec3d, Vec3d> extent(const std::vector<Vec3d>& points, const Matrix3d&
 
 // Half the surface of a box: what "small" means here, because the volume of a flat object is nothing however it is turned.
 double half_surface(const Vec3d& size) { return size.x() * size.y() + size.y() * size.z() + size.z() * size.x(); }
-
-double cross(const Vec2d& a, const Vec2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-// Counter-clockwise, without collinear points (monotone chain).
-std::vector<Vec2d> convex_hull(std::vector<Vec2d> points) {
-  std::sort(points.begin(), points.end(),
-            [](const Vec2d& a, const Vec2d& b) { return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y()); });
-  std::vector<Vec2d> hull;
-  const auto append = [&](const Vec2d& point, std::size_t keep) {
-    while (hull.size() > keep && cross(hull.back() - hull[hull.size() - 2], point - hull.back()) <= 0) hull.pop_back();
-    hull.push_back(point);
-  };
-  for (const Vec2d& point : points) append(point, 1);
-  const std::size_t lower = hull.size();
-  for (auto point = points.rbegin() + 1; point < points.rend(); ++point) append(*point, lower);
-  hull.pop_back();
-  return hull;
-}
 
 // The turn about the first axis that makes the box smallest: it has a side flush with an edge of the outline.
 Matrix3d turned_about_first(const std::vector<Vec3d>& points, const Matrix3d& axes) {

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 
 #include "panoptic/base/clones.h"
+#include "panoptic/fusion/boxes_in_view.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -66,75 +66,6 @@ void lower_by_row(const float* scale, int width, float* least) {
   for (int u = 0; u < width; ++u) low[u] = s[u] < low[u] ? s[u] : low[u];
 }
 
-// Where the bricks of a block lie in the view: depths in metres, and columns and rows of pixels, a little more than needed. A
-// brick with nothing to look at has last_u < first_u.
-struct BricksInView {
-  alignas(64) float nearest_m[kBlockBricks];
-  alignas(64) float farthest_m[kBlockBricks];
-  alignas(64) std::int32_t first_u[kBlockBricks];
-  alignas(64) std::int32_t last_u[kBlockBricks];
-  alignas(64) std::int32_t first_v[kBlockBricks];
-  alignas(64) std::int32_t last_v[kBlockBricks];
-};
-
-void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, BricksInView& bricks);
-
-// One axis of the image, in pixels.
-struct ImageAxis {
-  float focal, center, size;
-};
-
-struct PixelSpan {
-  std::int32_t first, last;
-};
-
-// The pixels between two lines of sight, given by their places at the brick's nearest and farthest depth; one more at each
-// side, for rounding.
-[[gnu::always_inline]] static inline PixelSpan span_px(const ImageAxis& axis, float low, float high, float per_near,
-                                                       float per_far) {
-  const float from = low * (low < 0 ? per_near : per_far) * axis.focal + axis.center - 1;
-  const float to = high * (high < 0 ? per_far : per_near) * axis.focal + axis.center + 2;
-  const float begin = from > 0 ? (from < axis.size ? from : axis.size) : 0.0F;
-  const float end = to < axis.size - 1 ? (to > -1 ? to : -1.0F) : axis.size - 1;
-  return {static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end)};
-}
-
-PANOPTIC_CLONES
-void find_bricks(const KernelFrame& frame_in, const BlockInCamera& place_in, BricksInView& bricks) {
-  const KernelFrame frame = frame_in;
-  const BlockInCamera place = place_in;
-  BricksInView* __restrict out = &bricks;
-  constexpr float kHalf = 0.5F * (kBrickSide - 1);  // from the middle of a brick to its outer voxels
-  constexpr float kNearest_m = 1e-3F;               // of bricks whose place in the view is worked out
-  float half[3];
-  for (int a = 0; a < 3; ++a) {
-    half[a] = kHalf * (std::abs(place.step_x[a]) + std::abs(place.step_y[a]) + std::abs(place.step_z[a]));
-  }
-  const ImageAxis along_u{frame.fx, frame.cx, static_cast<float>(frame.width)};
-  const ImageAxis along_v{frame.fy, frame.cy, static_cast<float>(frame.height)};
-  for (int n = 0; n < kBlockBricks; ++n) {
-    const float ix = static_cast<float>(kBrickSide * (n & 3)) + kHalf;
-    const float iy = static_cast<float>(kBrickSide * (n >> 2 & 3)) + kHalf;
-    const float iz = static_cast<float>(kBrickSide * (n >> 4)) + kHalf;
-    const float x = place.origin[0] + ix * place.step_x[0] + iy * place.step_y[0] + iz * place.step_z[0];
-    const float y = place.origin[1] + ix * place.step_x[1] + iy * place.step_y[1] + iz * place.step_z[1];
-    const float z = place.origin[2] + ix * place.step_x[2] + iy * place.step_y[2] + iz * place.step_z[2];
-    const float near = z - half[2];
-    const float far = z + half[2];
-    const bool clear = near > kNearest_m;
-    const float per_near = 1.0F / (clear ? near : 1.0F);
-    const float per_far = 1.0F / (clear ? far : 1.0F);
-    const PixelSpan u = span_px(along_u, x - half[0], x + half[0], per_near, per_far);
-    const PixelSpan v = span_px(along_v, y - half[1], y + half[1], per_near, per_far);
-    out->nearest_m[n] = near;
-    out->farthest_m[n] = far;
-    out->first_u[n] = clear ? u.first : 0;
-    out->last_u[n] = clear ? u.last : (far > 0 ? frame.width - 1 : -1);
-    out->first_v[n] = clear ? v.first : 0;
-    out->last_v[n] = clear ? v.last : frame.height - 1;
-  }
-}
-
 }  // namespace kernels
 
 namespace {
@@ -148,7 +79,8 @@ struct TileColumns {
 
 TileColumns columns_of(const KernelFrame& frame, int first_row, int end_row) {
   const auto width = static_cast<std::size_t>(frame.width);
-  TileColumns columns{std::vector<float>(width, kInfinity), std::vector<float>(width, -kInfinity), std::vector<float>(width, 1.0F)};
+  TileColumns columns{std::vector<float>(width, kInfinity), std::vector<float>(width, -kInfinity),
+                      std::vector<float>(width, 1.0F)};
   for (int v = first_row; v < end_row; ++v) {
     const std::size_t row = static_cast<std::size_t>(v) * width;
     kernels::widen_by_row(frame.depth + row, frame.width, columns.nearest.data(), columns.farthest.data());
@@ -178,8 +110,9 @@ void DepthTiles::build(const KernelFrame& frame, const Band& band) {
 }
 
 BricksInBand bricks_in_band(const KernelFrame& frame, const DepthTiles& tiles, const BlockInCamera& place, const Band& band) {
-  kernels::BricksInView view;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by find_bricks
-  kernels::find_bricks(frame, place, view);
+  constexpr float kHalf = 0.5F * (kBrickSide - 1);  // from the middle of a brick to its outer voxels
+  BoxesInView view;                                 // NOLINT(cppcoreguidelines-pro-type-member-init): filled by find_boxes
+  kernels::find_boxes(frame, place, kHalf, view);
   const float reach = band.truncation_m * 1.01F;
   const auto most = static_cast<unsigned>(tiles.levels().size()) - 1;
   BricksInBand result;

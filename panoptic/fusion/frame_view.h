@@ -4,7 +4,9 @@
 // A registered frame together with where it was taken, as the update steps of integration want it.
 #pragma once
 
+#include "panoptic/frame.h"
 #include "panoptic/fusion/integrate_kernels.h"
+#include "panoptic/fusion/registration.h"
 #include "panoptic/geometry.h"
 #include "panoptic/map/voxel_grid.h"
 
@@ -42,5 +44,17 @@ struct FrameView {
     return place;
   }
 };
+
+// The view of a frame's depth alone: no votes, no limit.
+inline FrameView depth_view(const Frame& frame, const RegisteredFrame& registered) {
+  const Camera& c = frame.depth_camera;
+  KernelFrame pixels{.depth = registered.depth.data(), .width = registered.width, .height = registered.height};
+  pixels.fx = static_cast<float>(c.fx);
+  pixels.fy = static_cast<float>(c.fy);
+  pixels.cx = static_cast<float>(c.cx);
+  pixels.cy = static_cast<float>(c.cy);
+  return {pixels, c, frame.world_from_camera.linear().cast<float>(), frame.world_from_camera.translation(),
+          registered.farthest_m};
+}
 
 }  // namespace panoptic

@@ -58,8 +58,11 @@ void scale_row(const GrazingRow& row_in) {
     const float near_dv = 1.0F / below[u] - 1.0F / above[u];
     const float slope = std::abs(du) > std::abs(dv) ? std::abs(du) : std::abs(dv);
     const float bent = kBent * slope;
-    const bool plane = (std::abs(left + right - 2 * w) <= bent) & (std::abs(top + bottom - 2 * w) <= bent) &
-                       (std::abs(2 * near_du - du) <= bent) & (std::abs(2 * near_dv - dv) <= bent);
+    const float far_bend_u = std::abs(left + right - 2 * w);
+    const float far_bend_v = std::abs(top + bottom - 2 * w);
+    const float near_bend_u = std::abs(2 * near_du - du);
+    const float near_bend_v = std::abs(2 * near_dv - dv);
+    const bool plane = (far_bend_u <= bent) & (far_bend_v <= bent) & (near_bend_u <= bent) & (near_bend_v <= bent);
     const float x = (static_cast<float>(u) - row.cx) / row.fx;
     const float nx = du * row.fx * (0.5F / kReach_px);
     const float ny = dv * row.fy * (0.5F / kReach_px);

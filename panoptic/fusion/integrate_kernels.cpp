@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "panoptic/base/clones.h"
+#include "panoptic/fusion/flags.h"
 #include "panoptic/fusion/fuse_brick.h"
 
 namespace panoptic {
@@ -86,18 +87,6 @@ template <bool Grazing>
     const float along_z = (s.depth[k] - s.z[k]) * s.scale[k];
     s.near[k] = ((s.depth[k] > 0) & (along_z < reach) & (along_z > -reach)) ? 1 : 0;
   }
-}
-
-// One bit for each of 64 flags.
-[[gnu::always_inline]] static inline std::uint64_t bits_of(const std::uint8_t* flags) {
-  constexpr std::uint64_t kGather = 0x0102040810204080ULL;  // moves the lowest bit of byte n to bit 56 + n
-  std::uint64_t bits = 0;
-  for (int n = 0; n < kBrickVoxels / 8; ++n) {
-    std::uint64_t eight = 0;
-    std::memcpy(&eight, flags + n * 8, sizeof eight);
-    bits |= (eight * kGather >> 56) << (8 * n);
-  }
-  return bits;
 }
 
 [[gnu::always_inline]] static inline bool any_near(const BricksScratch& s, int slice) {
@@ -247,8 +236,8 @@ void integrate_grazing_label_bricks(const KernelFrame& frame, const BlockInCamer
 void integrate_block(const KernelFrame& frame, const BlockInCamera& place, const Band& band, const BricksInBand& bricks,
                      VoxelBlock& block) {
   if (frame.labels_only) {
-    (bricks.grazing ? kernels::integrate_grazing_label_bricks : kernels::integrate_label_bricks)(frame, place, band, bricks.bricks,
-                                                                                                block);
+    (bricks.grazing ? kernels::integrate_grazing_label_bricks : kernels::integrate_label_bricks)(frame, place, band,
+                                                                                                 bricks.bricks, block);
   } else {
     (bricks.grazing ? kernels::integrate_grazing_bricks : kernels::integrate_bricks)(frame, place, band, bricks.bricks, block);
   }

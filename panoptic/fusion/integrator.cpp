@@ -27,14 +27,12 @@ Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map, st
       votes_{options.object_vote, first_object} {}
 
 FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels) const {
-  const Camera& c = frame.depth_camera;
-  return {{registered.depth.data(), registered.color.data(), labels.data(), registered.width, registered.height,
-           static_cast<float>(c.fx), static_cast<float>(c.fy), static_cast<float>(c.cx), static_cast<float>(c.cy), votes_,
-           max_weight_},
-          c,
-          frame.world_from_camera.linear().cast<float>(),
-          frame.world_from_camera.translation(),
-          registered.farthest_m};
+  FrameView view = depth_view(frame, registered);
+  view.pixels.color = registered.color.data();
+  view.pixels.label = labels.data();
+  view.pixels.votes = votes_;
+  view.pixels.max_weight = max_weight_;
+  return view;
 }
 
 Outcome Integrator::check_extent(const Frame& frame, const RegisteredFrame& registered, const VoxelMap& map) {

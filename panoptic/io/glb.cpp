@@ -46,13 +46,6 @@ double linear(std::uint8_t srgb) {
   return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
 
-std::string node_name(PanopticId id, ClassId class_id, const LabelSet& labels) {
-  std::string name(labels.name_of(class_id));
-  std::replace(name.begin(), name.end(), ' ', '_');
-  const bool is_whole_class = id == PanopticId::kUnknown || (LabelSet::id_of_class(class_id) == id && labels.is_stuff(class_id));
-  return is_whole_class ? name : fmt::format("{}_{}", name, number(id));
-}
-
 // tinygltf's whole numbers have 31 bits.
 tinygltf::Value id_value(PanopticId id) {
   const bool is_short = number(id) <= static_cast<std::uint32_t>(std::numeric_limits<int>::max());
@@ -67,7 +60,7 @@ class Scene {
   void add(const GlbPart& part) {
     const PanopticId id = part.id;
     const ClassId class_id = class_of(id, part);
-    const std::string name = unique(node_name(id, class_id, labels_));
+    const std::string name = unique(glb_node_name(id, class_id, labels_));
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.attributes = {

@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/io/glb_parts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "panoptic/data/speaker.h"
@@ -139,6 +142,13 @@ std::vector<GlbPart> split_by_id(const Mesh& mesh) {
     std::sort(parts.back().vertices.begin(), parts.back().vertices.end());
   }
   return parts;
+}
+
+std::string glb_node_name(PanopticId id, ClassId class_id, const LabelSet& labels) {
+  std::string name(labels.name_of(class_id));
+  std::replace(name.begin(), name.end(), ' ', '_');
+  const bool is_whole_class = id == PanopticId::kUnknown || (LabelSet::id_of_class(class_id) == id && labels.is_stuff(class_id));
+  return is_whole_class ? name : fmt::format("{}_{}", name, number(id));
 }
 
 bool has_short_indices(const GlbPart& part) { return part.vertices.size() <= kMaxShortIndexVertices; }

@@ -7,9 +7,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "panoptic/base/piece_writer.h"
+#include "panoptic/labels.h"
 #include "panoptic/mesh.h"
 
 namespace panoptic {
@@ -24,6 +26,9 @@ struct GlbPart {
 // By id, ascending. A triangle belongs to the id of most of its corners; those without area in their indices or with a position
 // that is not finite are left out.
 std::vector<GlbPart> split_by_id(const Mesh& mesh);
+
+// The name of an id's node: `chair_31`, `wall`, `unknown`. Two classes whose names differ by a space alone may give one name.
+std::string glb_node_name(PanopticId id, ClassId class_id, const LabelSet& labels);
 
 // Indices of 16 bits suffice for fewer vertices; 65535 would restart a primitive. Never 8 bits: WebGPU and Direct3D have no such
 // indices, and viewers convert them.

@@ -66,6 +66,13 @@ void FrameVotes::decide(Slot slot, std::uint16_t voxel, std::uint16_t label, Vox
   block.set_label(voxel, label);
 }
 
+void FrameVotes::forget(Slot slot, int brick, std::uint64_t voxels) {
+  if (slot >= votes_.size()) return;
+  std::erase_if(votes_[slot], [&](const OverruledVote& vote) {
+    return brick_of(vote.voxel) == brick && (voxels >> voxel_in_brick(vote.voxel) & 1) != 0;
+  });
+}
+
 void FrameVotes::add_in_use(std::vector<bool>& in_use) const {
   for (const std::vector<OverruledVote>& votes : votes_) {
     for (const OverruledVote& vote : votes) in_use[vote.voted.label] = true;

@@ -51,6 +51,8 @@ class FrameVotes {
   // Gives a voxel a label that something other than frames and the regularizer decided on. It takes the place and the weight of
   // the frames' vote, which is forgotten.
   void decide(Slot slot, std::uint16_t voxel, std::uint16_t label, VoxelBlock& block);
+  // Forgets the votes for voxels that are no longer stored: a bit per voxel of the brick.
+  void forget(Slot slot, int brick, std::uint64_t voxels);
   // Adds the labels that are voted for to those in use, by label.
   void add_in_use(std::vector<bool>& in_use) const;
   // Forgets votes for labels that are not in use, by label: their number may come to mean another object.

@@ -9,10 +9,13 @@
 namespace panoptic {
 
 PanopticMap::PanopticMap(const MapOptions& options, LabelSet label_set)
-    : labels(std::move(label_set)), voxels(options), objects(labels.first_thing()) {}
+    : labels(std::move(label_set)), voxels(options), free_space(voxels.voxel_size_m()), objects(labels.first_thing()) {}
 
 PanopticMap::PanopticMap(LabelSet label_set, VoxelMap voxel_map, ObjectRegistry registry)
-    : labels(std::move(label_set)), voxels(std::move(voxel_map)), objects(std::move(registry)) {
+    : labels(std::move(label_set)),
+      voxels(std::move(voxel_map)),
+      free_space(voxels.voxel_size_m()),
+      objects(std::move(registry)) {
   PANOPTIC_ASSERT(objects.first_thing() == labels.first_thing());
 }
 

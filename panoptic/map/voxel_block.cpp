@@ -152,6 +152,22 @@ void VoxelBlock::store(int brick, std::uint64_t voxels) {
   if (after.planes() != before.planes()) pool_->give_back(before.planes(), before.capacity());
 }
 
+void VoxelBlock::forget(int brick, std::uint64_t voxels) {
+  Brick& kept = bricks_[static_cast<std::size_t>(brick)];
+  const Brick before = kept;
+  const std::uint64_t stays = before.stored() & ~voxels;
+  if (stays == before.stored()) return;
+  Brick after;
+  if (stays != 0) after = Brick(stays, pool_->allocate(Brick(stays, nullptr).capacity()));
+  int to = 0;
+  for (std::uint64_t rest = stays; rest != 0; rest &= rest - 1, ++to) {
+    const int from = before.place(std::countr_zero(rest));
+    for_each_plane([&](auto p) { after.plane(p)[to] = before.plane(p)[from]; });
+  }
+  kept = after;
+  pool_->give_back(before.planes(), before.capacity());
+}
+
 void VoxelBlock::clear() {
   for (Brick& b : bricks_) {
     if (b.stored() != 0) pool_->give_back(b.planes(), b.capacity());

@@ -60,6 +60,10 @@ Fields grid_fields(MapOptions& o) {
 
 Fields fields(MapOptions& o) {
   Fields all = grid_fields(o);
+  all.push_back({"free_space",
+                 &o.free_space,
+                 "keep what was seen to be empty, in cells of 4 voxels; with voxels below 1.5 cm nothing is kept",
+                 {}});
   all.push_back({"memory_limit_mb", &o.memory_limit_mb,
                  "megabytes of memory for all but networks; voxels beyond lie in a file until they are needed; 0: no limit",
                  in_range(0, 1e6)});

@@ -60,6 +60,7 @@ void put_header(Database& database, const MapHeader& header) {
   put_meta(database, kMetaSlotsGiven, "0");
   put_meta(database, kMetaRefused, "0");
   put_meta(database, kMetaCreated, "0");
+  put_meta(database, kMetaFreeSpace, "");
   put_classes(database, header.labels);
 }
 
@@ -263,6 +264,7 @@ void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
   try {
     Transaction transaction(database);
     put_blocks(database, update.blocks, encoded);
+    put_space(database, update.space);
     state_->objects.write(std::move(rows), registry);
     put_frames(database, update.frames);
     state_->put_states(update.notes.states);
@@ -271,6 +273,7 @@ void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
     put_meta(database, kMetaSlotsGiven, std::to_string(registry.objects.size()));
     put_meta(database, kMetaRefused, std::to_string(registry.refused));
     put_meta(database, kMetaCreated, std::to_string(registry.created_since_retirement));
+    if (update.space.last_view) put_meta(database, kMetaFreeSpace, text_of_view(update.space));
     for (const auto& [name, text] : update.notes.texts) put_meta(database, name, text);
     transaction.commit();
   } catch (...) {
@@ -287,7 +290,7 @@ void MapFileWriter::close() {
 
 MapUpdate whole_map(const PanopticMap& map) {
   const VoxelMap& voxels = map.voxels;
-  MapUpdate update{.epoch = voxels.epoch(), .objects = map.objects};
+  MapUpdate update{.epoch = voxels.epoch(), .space = space_since(map.free_space, 0), .objects = map.objects};
   for (Slot slot = 0; slot < voxels.block_count(); ++slot) {
     update.blocks.push_back({slot, voxels.index_of(slot), voxels.changed_at(slot), &voxels.block(slot)});
   }

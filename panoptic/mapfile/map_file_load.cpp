@@ -17,6 +17,7 @@
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_schema.h"
 #include "panoptic/mapfile/object_rows.h"
+#include "panoptic/mapfile/space_rows.h"
 #include "panoptic/mapfile/sqlite.h"
 #include "panoptic/parallel.h"
 
@@ -228,11 +229,13 @@ SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   VoxelMap map(header.options);
   read_blocks(database, map, std::max<std::int64_t>(1, meta_integer(database, meta, kMetaEpoch, kMostEpoch)),
               {format, known_slots(registry, format, first)});
+  FreeSpaceMap space(map.voxel_size_m());
+  if (format > 2) read_space(database, meta_value(database, meta, kMetaFreeSpace), space);
   for (const char* name : kFormatNames) meta.erase(name);
   MapNotes notes{std::move(meta), read_states(database)};
-  ObjectRegistry objects(first, std::move(registry));
-  return {std::move(header.options), PanopticMap(std::move(header.labels), std::move(map), std::move(objects)), std::move(notes),
-          format};
+  PanopticMap whole(std::move(header.labels), std::move(map), ObjectRegistry(first, std::move(registry)));
+  whole.free_space = std::move(space);
+  return {std::move(header.options), std::move(whole), std::move(notes), format};
 }
 
 std::string note_of_format(const SavedMap& saved, const std::filesystem::path& path) {

@@ -21,8 +21,9 @@ inline constexpr const char* kMetaIdsGiven = "ids_given";
 inline constexpr const char* kMetaSlotsGiven = "slots_given";  // format 1: as many as ids
 inline constexpr const char* kMetaRefused = "objects_refused";
 inline constexpr const char* kMetaCreated = "created_since_retirement";
-inline constexpr const char* kFormatNames[] = {kMetaUnits,    kMetaMap,        kMetaLabelSet, kMetaEpoch,
-                                               kMetaIdsGiven, kMetaSlotsGiven, kMetaRefused,  kMetaCreated};
+inline constexpr const char* kMetaFreeSpace = "free_space";  // its last view; formats 1 and 2 have none
+inline constexpr const char* kFormatNames[] = {kMetaUnits,      kMetaMap,     kMetaLabelSet, kMetaEpoch,    kMetaIdsGiven,
+                                               kMetaSlotsGiven, kMetaRefused, kMetaCreated,  kMetaFreeSpace};
 
 // The checksum over the integers of a row, each as 8 bytes, lowest first, and then its bytes; as SQLite stores it.
 inline std::int64_t row_checksum(std::initializer_list<std::int64_t> integers, std::span<const std::uint8_t> bytes) {

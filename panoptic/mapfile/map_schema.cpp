@@ -64,6 +64,12 @@ CREATE TABLE merged (id INTEGER PRIMARY KEY, merged_into INTEGER NOT NULL) STRIC
 CREATE TABLE left_slots (slot INTEGER PRIMARY KEY, id INTEGER NOT NULL) STRICT;
 )sql";
 
+// The table that formats 1 and 2 lack.
+constexpr const char* kTableOfSpace = R"sql(
+CREATE TABLE free_space (x INTEGER NOT NULL, y INTEGER NOT NULL, z INTEGER NOT NULL, checksum INTEGER NOT NULL,
+  cells BLOB NOT NULL, PRIMARY KEY (x, y, z)) STRICT, WITHOUT ROWID;
+)sql";
+
 // Name -> kind and text. Names that begin with sqlite_ are SQLite's own, and nobody else can make one.
 using Schema = std::map<std::string, std::pair<std::string, std::string>>;
 
@@ -85,6 +91,7 @@ void replace(std::string& text, std::string_view what, std::string_view by) {
 // The statements that make the tables of a format. In format 1 ids were slots, and merged objects were rows like others.
 std::string tables_of(std::int64_t format) {
   std::string tables = kTables;
+  if (format > 2) tables += kTableOfSpace;
   if (format > 1) return tables + kTablesOfIds;
   replace(tables, "slot INTEGER NOT NULL, class_id", "merged_into INTEGER, class_id");
   replace(tables, "WHERE voxels > 0", "WHERE merged_into IS NULL AND voxels > 0");
@@ -150,6 +157,7 @@ std::vector<std::string> lacks_of(std::int64_t format) {
     lacks.emplace_back("map.max_weight (weights had no limit)");
     lacks.emplace_back("ids apart from slots (the slots are taken)");
   }
+  if (format < 3) lacks.emplace_back("free space (what was seen to be empty is unknown)");
   return lacks;
 }
 

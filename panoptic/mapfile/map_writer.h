@@ -11,6 +11,7 @@
 
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/map_lock.h"
+#include "panoptic/mapfile/space_rows.h"
 
 namespace panoptic {
 
@@ -26,6 +27,7 @@ struct BlockCopy {
 struct MapUpdate {
   std::uint64_t epoch = 0;
   std::vector<BlockCopy> blocks;    // those that changed; blocks never vanish
+  SpaceUpdate space;                // chunks that changed; they never vanish either
   ObjectRegistry objects{1};        // all of them
   std::vector<FrameRecord> frames;  // new ones
   MapNotes notes;                   // all of them

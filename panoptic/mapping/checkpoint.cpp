@@ -194,6 +194,7 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
     pending->blocks[i]->copy(map.block(block.slot));
     block.voxels = pending->blocks[i].get();
   });
+  pending->update.space = space_since(mapper.map().free_space, saved_epoch_);
   pending->update.objects = mapper.map().objects;
   pending->update.frames = std::exchange(frames_, {});
   pending->update.notes = notes_of(mapper.parts().state());

@@ -23,6 +23,7 @@ MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages
       registration_(options.depth),
       tracker_(options.tracker, map_.labels),
       integrator_(options.integrator, map_.voxels, map_.labels.first_thing()),
+      space_(options.map, options.carving),
       maintenance_(options.objects),
       regularizer_(options.regularizer, map_.voxels),
       mesher_(options.mesher),
@@ -42,6 +43,8 @@ Outcome MapperParts::add(const Frame& frame, const Segmentation& segmentation) {
   const auto labels = associate({frame, segmentation, *accepted.registered}, timer);  // Eq. 2-5, 12
   integrator_.integrate(frame, *accepted.registered, labels, map_.voxels);            // Eq. 6-11
   timer.done("integrate");
+  see_space(frame, *accepted.registered);
+  timer.done("free space");
   timer.all_done("fusion");
   if (replaced_.labelled) replaced_.labelled({frame, segmentation, *accepted.registered}, labels);
 
@@ -60,6 +63,8 @@ Outcome MapperParts::add_geometry(const Frame& frame) {
   no_votes_.assign(accepted.registered->segment.size(), LabelSlot::kNoVote);
   integrator_.integrate(frame, *accepted.registered, no_votes_, map_.voxels);  // Eq. 6-8
   timer.done("integrate");
+  see_space(frame, *accepted.registered);
+  timer.done("free space");
   timer.all_done("fusion");
   count_frame(frame);
   return {};
@@ -123,6 +128,13 @@ Association MapperParts::track(const FrameToLabel& to_label, StageTimer& timer) 
   timer.done("reference");
   const auto& labels = tracker_.assign(registered, segmentation.segments, reference_, frame.index, map_.objects);
   return {labels, tracker_.segment_ids(), tracker_.segment_areas_px()};
+}
+
+// Nothing is known any longer of what is carved, neither what the regularizer wrote there nor what frames voted for.
+void MapperParts::see_space(const Frame& frame, const RegisteredFrame& registered) {
+  for (const CarvedVoxels& carved : space_.see(frame, registered, frames_.used(), map_)) {
+    regularizer_.votes().forget(carved.slot, carved.brick, carved.voxels);
+  }
 }
 
 // Throws Error if the first frame, which has just been integrated, takes more than the limit allows: so would every other.

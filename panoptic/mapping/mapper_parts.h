@@ -16,6 +16,7 @@
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/label_tracker.h"
 #include "panoptic/fusion/registration.h"
+#include "panoptic/fusion/space_observer.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapper.h"
 #include "panoptic/meshing/mesher.h"
@@ -128,6 +129,7 @@ class MapperParts {
   Outcome count_refused(const Frame& frame, Outcome outcome);
   std::span<const LabelSlot> associate(const FrameToLabel& to_label, StageTimer& timer);
   Association track(const FrameToLabel& to_label, StageTimer& timer);
+  void see_space(const Frame& frame, const RegisteredFrame& registered);
   void check_memory() const;
   void count_frame(const Frame& frame);
   void count_labels(const Segmentation& segmentation);
@@ -152,6 +154,7 @@ class MapperParts {
   Registration registration_;
   LabelTracker tracker_;
   Integrator integrator_;
+  SpaceObserver space_;
   ObjectMaintenance maintenance_;
   Regularizer regularizer_;
   Mesher mesher_;

@@ -10,6 +10,7 @@
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/label_tracker.h"
 #include "panoptic/fusion/registration.h"
+#include "panoptic/fusion/space_observer.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/mapping/builtin_presets.h"
 #include "panoptic/mapping/option_fields.h"
@@ -28,6 +29,7 @@ Fields fields(Options& o) {
   append_group(all, "map", fields(o.map));
   append_group(all, "tracker", fields(o.tracker));
   append_group(all, "integrator", fields(o.integrator));
+  append_group(all, "carving", fields(o.carving));
   append_group(all, "objects", fields(o.objects));
   append_group(all, "regularizer", fields(o.regularizer));
   append_group(all, "mesher", fields(o.mesher));
@@ -41,6 +43,9 @@ const Options& checked(const Options& options) {
   read_toml_text(to_toml(all), "options", all);  // the reader looks at every range
   if (options.depth.min_m >= options.depth.max_m) {
     throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
+  }
+  if (options.carving.enabled && !options.map.free_space) {
+    throw Error("carving.enabled needs map.free_space, which is off; set carving.enabled to false as well");
   }
   return options;
 }

@@ -42,6 +42,7 @@ std::size_t write_changes(const std::filesystem::path& path, const SavedMap& sav
     return changed;
   }
   std::erase_if(update.blocks, is_unchanged);
+  update.space.chunks.clear();
   MapFileWriter& writer = std::get<MapFileWriter>(owner);
   writer.write(update, true);
   writer.close();

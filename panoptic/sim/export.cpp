@@ -15,6 +15,7 @@
 #include "panoptic/error.h"
 #include "panoptic/parallel.h"
 #include "panoptic/sim/home_statistics.h"
+#include "panoptic/sim/home_truth.h"
 #include "panoptic/sim/scan_writer.h"
 
 namespace panoptic {
@@ -122,6 +123,7 @@ bool export_scan(const Simulation& simulation, const ExportOptions& options, con
   ExportOptions written = options;
   write_file(staging.path() / "simulation.toml", to_toml(fields(written)));
   write_png(staging.path() / "plan.png", draw_plan(simulation.home(), simulation.true_path()));
+  write_home_truth(home_truth(simulation.home(), {simulation.options().seed, simulation.options().rooms}), staging.path());
   ScanWriter writer(staging.path(), simulation, options);
   if (!write_frames(simulation, options, writer, watch)) return false;
   writer.finish();

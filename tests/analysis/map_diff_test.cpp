@@ -7,7 +7,9 @@
 
 #include <algorithm>
 
+#include "panoptic/analysis/map_merge.h"
 #include "panoptic/analysis/seen_space.h"
+#include "panoptic/map/voxel_grid.h"
 #include "tests/block_planes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
@@ -94,6 +96,7 @@ TEST(MapDiff, SaysWhatVanishedAndWhatAppearedAlsoInMidAir) {
 TEST(MapDiff, WhatTheOtherMapDidNotLookAtIsNotSaidToBeGone) {
   const MapWithFrames a = map_of({kStays, kFloats});
   MapWithFrames b = map_of({kStays});
+  b.saved.map.free_space = FreeSpaceMap(b.saved.map.voxels.voxel_size_m());
   b.frames.clear();  // no camera looked anywhere, as far as is known
   EXPECT_THAT(kinds(diff(a, b)), testing::ElementsAre("not_seen_in_b"));
   EXPECT_THAT(kinds(diff(b, a)), testing::ElementsAre("not_seen_in_a"));
@@ -139,9 +142,52 @@ TEST(MapDiff, RefusesMapsThatDoNotFit) {
   EXPECT_THAT(test::error_of([&] { (void)diff(a, b); }), HasSubstr("A has voxels of 0.04 m"));
 }
 
-TEST(SeenSpace, IsWhatACameraLookedThrough) {
-  const MapWithFrames map = map_of({kStays}, 0, 1);
-  const SeenSpace space(map.saved.map.voxels, map.frames, 8);
+TEST(MapDiff, GuessesWhatAMapWithoutFreeSpaceSawAndSaysSo) {
+  const MapWithFrames a = map_of({kStays, kFloats});
+  MapWithFrames b = map_of({kStays});
+  EXPECT_THAT(diff(a, b).notes, testing::IsEmpty());
+  b.saved.map.free_space = FreeSpaceMap(b.saved.map.voxels.voxel_size_m());
+  const MapDiff guessed = diff(a, b);
+  EXPECT_THAT(kinds(guessed), testing::ElementsAre("vanished"));
+  EXPECT_THAT(guessed.notes, testing::ElementsAre(HasSubstr("B has no free space")));
+}
+
+// A thing that was there in the first map alone, in mid-air.
+TEST(MapMerge, ClearsWhatTheSecondMapLookedThrough) {
+  const auto surface_of_ball = [](const SavedMap& saved) {
+    std::size_t voxels = 0;
+    const VoxelMap& map = saved.map.voxels;
+    for (Slot slot = 0; slot < map.block_count(); ++slot) {
+      visit_surface(map.block(slot), map.index_of(slot), map.voxel_size_m(), [&](LabelSlot, const VoxelIndex& voxel) {
+        voxels += (center_m(voxel, map.voxel_size_m()) - kFloats.center).norm() < 0.3 ? 1 : 0;
+      });
+    }
+    return voxels;
+  };
+  MapWithFrames blind = map_of({kStays});
+  blind.saved.map.free_space = FreeSpaceMap(blind.saved.map.voxels.voxel_size_m());
+  const std::size_t before = surface_of_ball(merge_maps(map_of({kStays, kFloats}), blind, "A", "B").merged.saved);
+  EXPECT_GT(before, 200U);
+  const MapMerge merge = merge_maps(map_of({kStays, kFloats}), map_of({kStays}), "A", "B");
+  EXPECT_LT(surface_of_ball(merge.merged.saved), before / 7) << "a rim may stay";
+  EXPECT_EQ(merge.merged.saved.map.free_space.at(*blind.saved.map.free_space.cell_around(kFloats.center)), Space::kFree);
+}
+
+TEST(SeenSpace, IsTheFreeSpaceOfTheMap) {
+  const MapWithFrames map = map_of({kStays}, 0, 12);
+  const SeenSpace space(map.saved.map, {}, 8);
+  EXPECT_FALSE(space.is_guessed());
+  EXPECT_EQ(space.at({0, -0.4, 0}), Occupancy::kFree);
+  EXPECT_EQ(space.at({0, 0, 0}), Occupancy::kSurface);
+  EXPECT_EQ(space.at({0, 0.25, 0}), Occupancy::kUnseen) << "inside the ball";
+  EXPECT_EQ(space.at({9, 0, 9}), Occupancy::kUnseen);
+}
+
+TEST(SeenSpace, WithoutFreeSpaceIsWhatACameraLookedThrough) {
+  MapWithFrames map = map_of({kStays}, 0, 1);
+  map.saved.map.free_space = FreeSpaceMap(map.saved.map.voxels.voxel_size_m());
+  const SeenSpace space(map.saved.map, map.frames, 8);
+  EXPECT_TRUE(space.is_guessed());
   const Pose camera = *map.frames.at(0).world_from_camera;
   const auto ahead = [&](double distance_m) -> Vec3d { return camera * Vec3d(0, 0, distance_m); };
   EXPECT_EQ(space.at(ahead(0.5)), Occupancy::kFree);
@@ -152,8 +198,8 @@ TEST(SeenSpace, IsWhatACameraLookedThrough) {
   EXPECT_EQ(space.at(ahead(hit_m + 0.3)), Occupancy::kUnseen);
   EXPECT_EQ(space.at(ahead(-1)), Occupancy::kUnseen) << "behind the camera";
   EXPECT_EQ(space.at(camera * Vec3d(1, 0, 0.5)), Occupancy::kUnseen) << "outside its view";
-  EXPECT_EQ(SeenSpace(map.saved.map.voxels, map.frames, 1).at(ahead(0.9)), Occupancy::kUnseen) << "no surface within reach";
-  EXPECT_EQ(SeenSpace(map.saved.map.voxels, {}, 8).at(ahead(0.5)), Occupancy::kUnseen);
+  EXPECT_EQ(SeenSpace(map.saved.map, map.frames, 1).at(ahead(0.9)), Occupancy::kUnseen) << "no surface within reach";
+  EXPECT_EQ(SeenSpace(map.saved.map, {}, 8).at(ahead(0.5)), Occupancy::kUnseen);
   EXPECT_EQ(space.at(Vec3d::Constant(std::nan(""))), Occupancy::kUnseen);
 }
 

@@ -58,12 +58,14 @@ TEST(MapFormat, OneHasNoSumOfVotesSoThatTheWeightIsTakenAndSaysSo) {
   EXPECT_GT(voted, 1000U);
 }
 
-// A map like that one, in today's format: saved after the regularizer overruled votes and objects were merged.
+// A map like that one, saved after the regularizer overruled votes and objects were merged.
 TEST(MapFormat, TwoStillLoads) {
   const std::filesystem::path path = test::source_folder() / "tests/golden/format_2.panoptic";
   const SavedMap saved = load_map(path);
   EXPECT_EQ(saved.format, 2);
-  EXPECT_EQ(note_of_format(saved, path), "") << "nothing is missing";
+  EXPECT_THAT(note_of_format(saved, path),
+              testing::AllOf(HasSubstr("has format 2, which lacks free space"), testing::Not(HasSubstr("votes"))));
+  EXPECT_TRUE(saved.map.free_space.empty());
   EXPECT_EQ(fmt::format("{:016x}", saved.map.voxels.hash()), "3cd43395a3f80480");
   EXPECT_EQ(saved.map.objects.count(), 23U);
   EXPECT_EQ(saved.map.objects.merged().size(), 8U);
@@ -75,6 +77,23 @@ TEST(MapFormat, TwoStillLoads) {
   std::size_t votes = 0;
   for (const auto& of_block : state.regularizer.votes) votes += of_block.size();
   EXPECT_EQ(votes, (16582U - 24 * 2) / 14);
+}
+
+// A map in today's format: two blocks, a chair, and free space with doubts.
+TEST(MapFormat, ThreeStillLoads) {
+  const std::filesystem::path path = test::source_folder() / "tests/golden/format_3.panoptic";
+  const SavedMap saved = load_map(path);
+  EXPECT_EQ(saved.format, 3);
+  EXPECT_EQ(note_of_format(saved, path), "") << "nothing is missing";
+  EXPECT_EQ(fmt::format("{:016x}", saved.map.voxels.hash()), "1534b667120d56b2");
+  EXPECT_EQ(saved.map.objects.count(), 1U);
+  const FreeSpaceMap& space = saved.map.free_space;
+  EXPECT_EQ(fmt::format("{:016x}", space.hash()), "628811454865b805");
+  EXPECT_EQ(space.doubt_count(), 2U);
+  EXPECT_EQ(space.frames_per_tick(), 2U);
+  EXPECT_EQ(space.last_view()->time, 5005U);
+  EXPECT_EQ(space.record(cell_of(BlockIndex{1, -1, 1}, 0)), (CellRecord{6, 5004, std::nullopt}));
+  EXPECT_EQ(space.at(cell_of(BlockIndex{1, -1, 2}, 20)), Space::kOccupied);
 }
 
 class Query : public testing::Test {

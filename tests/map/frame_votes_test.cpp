@@ -32,6 +32,18 @@ TEST(FrameVotes, FramesThatComeAfterwardsCountFromTheVoteNotFromWhatWasWritten) 
   EXPECT_EQ(since(9, 2), std::pair(std::uint16_t{9}, 1.0F)) << "5 for a third label";
 }
 
+TEST(FrameVotes, ForVoxelsThatAreNoLongerStoredAreForgotten) {
+  FrameVotes votes;
+  const auto voxel = [](int brick, int n) { return static_cast<std::uint16_t>(offset_in_block(brick, n)); };
+  for (const std::uint16_t v : {voxel(2, 5), voxel(2, 6), voxel(3, 5)}) votes.record(1, {v, {7, 4}, {1, 3}});
+  votes.forget(1, 2, std::uint64_t{1} << 5);
+  votes.forget(9, 2, ~std::uint64_t{0});
+  ASSERT_EQ(votes.of(1).size(), 2U);
+  EXPECT_EQ(votes.voted(1, voxel(2, 5), {0, 0}).label, 0);
+  EXPECT_EQ(votes.voted(1, voxel(2, 6), {1, 3}).label, 7);
+  EXPECT_EQ(votes.voted(1, voxel(3, 5), {1, 3}).label, 7);
+}
+
 TEST(FrameVotes, AreKeptInOrderAndForgottenOnceTheyHold) {
   FrameVotes votes;
   EXPECT_TRUE(votes.of(3).empty());

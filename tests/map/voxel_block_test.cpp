@@ -41,6 +41,31 @@ TEST(VoxelBlock, OffsetsAreThoseOfBricksAndTheirVoxels) {
   EXPECT_EQ(offset_in_block(1 + 4 * 2 + 16 * 3, 3 + 4 * 1 + 16 * 2), voxel_offset(4 + 3, 8 + 1, 12 + 2));
 }
 
+TEST(VoxelBlock, ForgetsVoxelsAndStoresThemNoMore) {
+  BrickPool pool;
+  std::mt19937 random(4);
+  for (int round = 0; round < 200; ++round) {
+    VoxelBlock block(pool);
+    std::vector<Voxel> plain(kBrickVoxels);
+    const int brick = static_cast<int>(random() % kBlockBricks);
+    const std::uint64_t stored = std::uint64_t{random()} << 32 | random();
+    const std::uint64_t forgotten = (std::uint64_t{random()} << 32 | random()) | (round % 10 == 0 ? stored : 0);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      if ((stored >> v & 1) == 0) continue;
+      const Voxel voxel = some_voxel(random);
+      block.set(offset_in_block(brick, v), voxel);
+      if ((forgotten >> v & 1) == 0) plain[static_cast<std::size_t>(v)] = voxel;
+    }
+    block.forget(brick, forgotten);
+    EXPECT_EQ(block.brick(brick).stored(), stored & ~forgotten);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      ASSERT_EQ(values(block.at(offset_in_block(brick, v))), values(plain[static_cast<std::size_t>(v)]));
+    }
+    block.set_label(offset_in_block(brick, 9), 3);  // takes the place of what was there, if it was forgotten
+    EXPECT_EQ(block.weight(offset_in_block(brick, 9)), plain[9].weight);
+  }
+}
+
 TEST(VoxelBlock, HoldsWhatAPlainArrayHolds) {
   BrickPool pool;
   VoxelBlock block(pool);

@@ -91,6 +91,8 @@ struct World {
       map.voxels.begin_epoch();
       const Slot slot = map.voxels.allocate({i % 5 - 2, -i / 5, i * 7919 % 101});
       if (i % 9 != 0) fill(*test::BlockEdit(map.voxels.block(slot)), random);
+      map.free_space.begin_view({{0.1 * i, 1, 2}, Vec3d::UnitY(), 3000 * std::uint64_t{slot}}, map.voxels.epoch());
+      map.free_space.observe(map.voxels.index_of(slot), 0x5555, 0xAAAA00000000);
     }
   }
 };
@@ -149,7 +151,7 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
   std::uint64_t seen = 0;
   std::mt19937 random(9);
   for (int round = 0; round < 5; ++round) {
-    MapUpdate update{.epoch = world.map.voxels.epoch(), .objects = world.map.objects};
+    MapUpdate update{world.map.voxels.epoch(), {}, space_since(world.map.free_space, seen), world.map.objects, {}, {}};
     for (const Slot slot : world.map.voxels.changed_since(seen)) {
       update.blocks.push_back(
           {slot, world.map.voxels.index_of(slot), world.map.voxels.changed_at(slot), &world.map.voxels.block(slot)});
@@ -159,6 +161,7 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
     writer.write(update, round % 2 == 0);
     seen = world.map.voxels.epoch();
     expect_same(load_map(path).map.voxels, world.map.voxels);  // while it is open for writing
+    EXPECT_EQ(load_map(path).map.free_space.hash(), world.map.free_space.hash());
     EXPECT_EQ(load_map(path).map.objects.state(), world.map.objects.state());
     EXPECT_EQ(load_map(path).notes.states["round"], Bytes{static_cast<std::uint8_t>(round)});
     world.map.voxels.begin_epoch();
@@ -275,16 +278,16 @@ std::string complaint_after(const std::string& sql) {
 
 TEST(MapFile, RefusesOtherFormatsAndTables) {
   EXPECT_THAT(complaint_after("PRAGMA application_id = 7"), HasSubstr("not a map of panoptic"));
-  EXPECT_THAT(complaint_after("PRAGMA user_version = 3"), HasSubstr("newer panoptic"));
+  EXPECT_THAT(complaint_after("PRAGMA user_version = 4"), HasSubstr("newer panoptic"));
   EXPECT_THAT(complaint_after("PRAGMA user_version = 0"), HasSubstr("format 0"));
   EXPECT_THAT(complaint_after("DROP TABLE frames"), HasSubstr("table frames is missing"));
   EXPECT_THAT(complaint_after("CREATE TABLE mine(x)"), HasSubstr("'mine', which no map has"));
   EXPECT_THAT(complaint_after("CREATE TRIGGER t AFTER INSERT ON blocks BEGIN DELETE FROM blocks; END"), HasSubstr("trigger"));
-  EXPECT_THAT(complaint_after("DROP TABLE meta; CREATE TABLE meta(key TEXT, value TEXT)"), HasSubstr("meta is not as format 2"));
+  EXPECT_THAT(complaint_after("DROP TABLE meta; CREATE TABLE meta(key TEXT, value TEXT)"), HasSubstr("meta is not as format 3"));
   EXPECT_THAT(
       complaint_after("DROP TABLE blocks; CREATE VIEW blocks AS WITH RECURSIVE n(slot) AS (SELECT 0 UNION ALL SELECT slot + 1 "
                       "FROM n) SELECT slot, 0 AS x FROM n"),
-      HasSubstr("blocks is not as format 2"));
+      HasSubstr("blocks is not as format 3"));
 }
 
 TEST(MapFile, RefusesValuesThatCannotBe) {

@@ -36,9 +36,12 @@ constexpr PaperValue kPaperValues[] = {
     {"Eq. 4, section IV-A: theta_U", "tracker.iou_threshold=0.25"},
     {"Eq. 5: a pixel says what the networks say", "tracker.trust_map=false"},
     {"Eq. 6-11, section III-E: rays are cast", "integrator.method=raycast"},
+    {"Eq. 6: distances along the ray as they are, whatever the view", "integrator.grazing=false"},
     {"Eq. 6, 8, section IV-A: voxels of 2.4 cm", "map.voxel_size_m=0.024"},
     {"Eq. 6, 8, section IV-A: truncation at 4 voxels", "map.truncation_voxels=4"},
     {"Eq. 8: weights add up without end", "map.max_weight=0"},
+    {"Eq. 6-8: what is in front of the band is not recorded", "map.free_space=false"},
+    {"Eq. 6-11: what was fused stays", "carving.enabled=false"},
     {"Eq. 9-11: every label weighs w_t", "integrator.object_vote=1"},
     {"Eq. 12: objects are what the tracker made, their class what Eq. 12 says", "objects.enabled=false"},
     {"Eq. 13, section III-G", "regularizer.enabled=true"},
@@ -88,7 +91,7 @@ TEST(Presets, ThePaperHasAWordOnEveryOptionOrNone) {
   for (const PaperValue& value : kPaperValues) EXPECT_TRUE(known.insert(key_of(value)).second) << value.assignment;
   Options options;
   for (const Field& field : fields(options)) {
-    const bool switched_off = field.key.starts_with("objects.");  // with objects.enabled
+    const bool switched_off = field.key.starts_with("objects.") || field.key == "carving.views";
     EXPECT_TRUE(switched_off || known.contains(field.key)) << field.key;
   }
 }
@@ -96,9 +99,10 @@ TEST(Presets, ThePaperHasAWordOnEveryOptionOrNone) {
 TEST(Presets, ThePaperDiffersFromTheDefaultInTheRulesThatItDoesNotHave) {
   EXPECT_EQ(differing_keys(preset_options("paper"), Options{}),
             (std::set<std::string>{"networks.likeliest_first", "networks.unknown_share", "networks.keep_whole_classes",
-                                   "networks.smaller_in_front", "networks.score_threshold", "map.max_weight", "tracker.trust_map",
-                                   "integrator.method", "integrator.object_vote", "objects.enabled", "regularizer.every_frames",
-                                   "regularizer.w1", "regularizer.w2", "regularizer.band_voxels"}));
+                                   "networks.smaller_in_front", "networks.score_threshold", "map.max_weight", "map.free_space",
+                                   "carving.enabled", "tracker.trust_map", "integrator.method", "integrator.grazing",
+                                   "integrator.object_vote", "objects.enabled", "regularizer.every_frames", "regularizer.w1",
+                                   "regularizer.w2", "regularizer.band_voxels"}));
 }
 
 TEST(Presets, UnderThePaperSavedPredictionsHaveNoWholeClasses) {

@@ -95,6 +95,7 @@ void map_frame(int i, Mapper& mapper, Checkpoints* checkpoints) {
 
 struct Whole {
   std::uint64_t hash = 0;
+  std::uint64_t free_space = 0;
   std::string objects;
 };
 const Whole& uninterrupted() {
@@ -102,7 +103,7 @@ const Whole& uninterrupted() {
     Mapper mapper(identity().options, test::test_labels());
     for (int i = 0; i < kFrames; ++i) map_frame(i, mapper, nullptr);
     mapper.finish();
-    return Whole{mapper.map().voxels.hash(), objects_text(mapper)};
+    return Whole{mapper.map().voxels.hash(), mapper.map().free_space.hash(), objects_text(mapper)};
   }();
   return kWhole;
 }
@@ -133,6 +134,8 @@ TEST(Resume, GivesTheSameMapAndObjectsWhereverItWasInterrupted) {
     mapper.finish();
     checkpoints.finish(mapper, true);
     EXPECT_EQ(mapper.map().voxels.hash(), uninterrupted().hash) << cuts.front();
+    EXPECT_EQ(mapper.map().free_space.hash(), uninterrupted().free_space) << cuts.front();
+    EXPECT_EQ(load_map(path).map.free_space.hash(), uninterrupted().free_space) << cuts.front();
     EXPECT_EQ(objects_text(mapper), uninterrupted().objects) << cuts.front();
     EXPECT_EQ(mapper.frames().skipped(), 3U);
     EXPECT_EQ(mapper.frames().used(), 21U);

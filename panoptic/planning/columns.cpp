@@ -1,0 +1,178 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/planning/columns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <unordered_map>
+
+#include "panoptic/parallel.h"
+#include "panoptic/planning/up_frame.h"
+
+namespace panoptic {
+namespace {
+
+// Surface at one height of a column.
+struct Entry {
+  float z_m;
+  bool is_floor;
+};
+
+// The spots under the square that a sample stands for.
+template <typename Visit>
+void visit_spots(const GroundGrid& grid, const GroundSample& sample, double sample_m, const Visit& visit) {
+  const Eigen::Vector2d at = sample.at_m.head<2>().cast<double>();
+  const Eigen::Vector2d half = Eigen::Vector2d::Constant(sample_m / 2);
+  const Eigen::Vector2i first = grid.around(at - half);
+  const Eigen::Vector2i last = grid.around(at + half);
+  for (int y = first.y(); y <= last.y(); ++y) {
+    for (int x = first.x(); x <= last.x(); ++x) visit(grid.index({x, y}));
+  }
+}
+
+GroundGrid grid_around(const std::vector<GroundSample>& samples, double cell_m, double sample_m) {
+  GroundGrid grid{cell_m};
+  if (samples.empty()) return grid;
+  Eigen::Vector2f low = samples.front().at_m.head<2>();
+  Eigen::Vector2f high = low;
+  for (const GroundSample& sample : samples) {
+    low = low.cwiseMin(sample.at_m.head<2>());
+    high = high.cwiseMax(sample.at_m.head<2>());
+  }
+  const Eigen::Vector2d half = Eigen::Vector2d::Constant(sample_m / 2);
+  grid.low = grid.around(low.cast<double>() - half) - Eigen::Vector2i::Ones();
+  grid.size = grid.around(high.cast<double>() + half) - grid.low + Eigen::Vector2i::Constant(2);
+  return grid;
+}
+
+// Entries by column, from below: a counting sort.
+void sort_entries(const std::vector<GroundSample>& samples, double sample_m, const GroundGrid& grid,
+                  std::vector<std::uint32_t>& first, std::vector<Entry>& entries) {
+  first.assign(grid.count() + 1, 0);
+  for (const GroundSample& sample : samples) {
+    visit_spots(grid, sample, sample_m, [&](std::size_t column) { ++first[column + 1]; });
+  }
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+  entries.resize(first.back());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (const GroundSample& sample : samples) {
+    visit_spots(grid, sample, sample_m, [&](std::size_t column) {
+      entries[next[column]++] = {sample.at_m.z(), sample.is_floor};
+    });
+  }
+  parallel_for(static_cast<std::size_t>(grid.size.y()), [&](std::size_t row) {
+    const auto width = static_cast<std::size_t>(grid.size.x());
+    for (std::size_t column = row * width; column < (row + 1) * width; ++column) {
+      std::sort(entries.begin() + first[column], entries.begin() + first[column + 1],
+                [](const Entry& a, const Entry& b) { return a.z_m < b.z_m || (a.z_m == b.z_m && !a.is_floor && b.is_floor); });
+    }
+  });
+}
+
+// The spans of one column.
+void add_spans(std::span<const Entry> entries, float gap_m, float climb_m, std::vector<SolidSpan>& spans) {
+  std::size_t i = 0;
+  while (i < entries.size()) {
+    SolidSpan span{entries[i].z_m, entries[i].z_m};
+    float floor_m = -std::numeric_limits<float>::infinity();
+    for (; i < entries.size() && entries[i].z_m - span.top_m <= gap_m; ++i) {
+      span.top_m = entries[i].z_m;
+      if (entries[i].is_floor) floor_m = entries[i].z_m;
+    }
+    span.is_floor = span.top_m - floor_m <= climb_m;
+    spans.push_back(span);
+  }
+}
+
+std::uint64_t key_of(const Eigen::Vector3i& cell) {
+  constexpr int kHalf = 1 << 20;
+  std::uint64_t key = 0;
+  for (int a = 0; a < 3; ++a) key = key << 21 | static_cast<std::uint64_t>((cell[a] + kHalf) & (2 * kHalf - 1));
+  return key;
+}
+
+// Cells with surface by key, and the number of the piece that each belongs to.
+using Pieces = std::unordered_map<std::uint64_t, std::uint32_t>;
+constexpr std::uint32_t kNoPiece = ~std::uint32_t{0};
+
+// Gives a cell and all that hangs together with it the number; returns the length of the box around it, in cells.
+int flood_piece(Pieces& pieces, const Eigen::Vector3i& from, std::uint32_t number) {
+  Eigen::AlignedBox3i box(from);
+  std::vector<Eigen::Vector3i> waiting = {from};
+  pieces[key_of(from)] = number;
+  while (!waiting.empty()) {
+    const Eigen::Vector3i cell = waiting.back();
+    waiting.pop_back();
+    box.extend(cell);
+    for (int n = 0; n < 27; ++n) {
+      const Eigen::Vector3i next = cell + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      const auto found = pieces.find(key_of(next));
+      if (found == pieces.end() || found->second != kNoPiece) continue;
+      found->second = number;
+      waiting.push_back(next);
+    }
+  }
+  return box.sizes().maxCoeff() + 1;
+}
+
+// Drops surface that hangs in the air and is no longer than a hand: the sensor's noise. Real things stand on or hang from others.
+void drop_specks(std::vector<GroundSample>& samples, double cell_m) {
+  constexpr double kHand_m = 0.2;
+  const auto cell_of = [&](const GroundSample& s) -> Eigen::Vector3i {
+    return (s.at_m.cast<double>() / cell_m).array().floor().matrix().cast<int>();
+  };
+  Pieces pieces;
+  for (const GroundSample& sample : samples) pieces.emplace(key_of(cell_of(sample)), kNoPiece);
+  std::vector<char> is_speck;
+  for (const GroundSample& sample : samples) {
+    if (pieces.at(key_of(cell_of(sample))) != kNoPiece) continue;
+    const int length = flood_piece(pieces, cell_of(sample), static_cast<std::uint32_t>(is_speck.size()));
+    is_speck.push_back(length * cell_m <= kHand_m ? 1 : 0);
+  }
+  std::erase_if(samples, [&](const GroundSample& s) { return is_speck[pieces.at(key_of(cell_of(s)))] != 0; });
+}
+
+}  // namespace
+
+SolidColumns solid_columns(const std::vector<GroundSample>& samples, double cell_m, double sample_m, double climb_m) {
+  SolidColumns columns;
+  columns.grid = grid_around(samples, cell_m, sample_m);
+  std::vector<std::uint32_t> first;
+  std::vector<Entry> entries;
+  sort_entries(samples, sample_m, columns.grid, first, entries);
+  columns.first.reserve(first.size());
+  columns.first.push_back(0);
+  const auto gap_m = static_cast<float>(2 * sample_m);
+  for (std::size_t column = 0; column < columns.grid.count(); ++column) {
+    add_spans(std::span(entries).subspan(first[column], first[column + 1] - first[column]), gap_m, static_cast<float>(climb_m),
+              columns.spans);
+    columns.first.push_back(static_cast<std::uint32_t>(columns.spans.size()));
+  }
+  return columns;
+}
+
+std::vector<GroundSample> ground_samples(const PanopticMap& map, const UpFrame& frame, const SurfaceByBlock& surface,
+                                         double climb_m) {
+  const Eigen::Isometry3f grid_from_world = frame.grid_from_world.cast<float>();
+  std::vector<bool> floor_label(kLabelSlots, false);
+  for (std::size_t n = 0; n < kLabelSlots; ++n) {
+    floor_label[n] = is_floor_class(map.labels, map.class_of(static_cast<LabelSlot>(n)));
+  }
+  std::vector<std::vector<GroundSample>> by_block(surface.size());
+  parallel_for(surface.size(), [&](std::size_t slot) {
+    for (const SurfaceSample& sample : surface[slot]) {
+      const Vec3f at_m = grid_from_world * sample.at_m;
+      const float up = (grid_from_world.linear() * sample.normal).z();
+      const bool is_floor = std::abs(at_m.z()) <= climb_m || (up > kLevelCosine && floor_label[number(sample.label)]);
+      by_block[slot].push_back({at_m, is_floor, up < -kLevelCosine, sample.label});
+    }
+  });
+  std::vector<GroundSample> samples;
+  for (const auto& block : by_block) samples.insert(samples.end(), block.begin(), block.end());
+  drop_specks(samples, 2 * double{map.voxels.voxel_size_m()});
+  return samples;
+}
+
+}  // namespace panoptic

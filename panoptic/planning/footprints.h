@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Things from above.
+#pragma once
+
+#include <vector>
+
+#include "panoptic/home_plan.h"
+#include "panoptic/planning/labelled_surface.h"
+
+namespace panoptic {
+
+// One per object with more than a handful of surface, ascending by id: a box along its upright faces where they stand at right
+// angles (one or two of the four may be hidden), else its hull.
+std::vector<ThingFootprint> footprints(const LabelledSurface& surface);
+
+}  // namespace panoptic

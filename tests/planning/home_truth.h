@@ -1,0 +1,115 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where one may stand in a simulated home: its furniture and walls as triangles, and the floor that frames saw.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "panoptic/planning/columns.h"
+#include "panoptic/planning/distance_cells.h"
+#include "panoptic/sim/home.h"
+#include "panoptic/sim/renderer.h"
+
+namespace panoptic::test {
+
+class HomeTruth {
+ public:
+  static constexpr double kCell_m = 0.024;
+
+  // Everything between the two heights is in the way.
+  HomeTruth(const Home& home, double low_m, double high_m)
+      : obstacles_(kReach_cells), unfit_(kReach_cells), low_m_(low_m), high_m_(high_m) {
+    Eigen::AlignedBox2d all;
+    for (const Room& room : home.rooms) all.extend(room.floor);
+    grid_ = {kCell_m};
+    grid_.low = grid_.around(all.min()) - Eigen::Vector2i::Constant(20);
+    grid_.size = grid_.around(all.max()) - grid_.low + Eigen::Vector2i::Constant(21);
+    seen_.assign(grid_.count(), 0);
+    obstacles_.cover({Cell(grid_.low.x(), grid_.low.y(), 0), Cell(grid_.size.x(), grid_.size.y(), 1)});
+    unfit_.cover({Cell(grid_.low.x(), grid_.low.y(), 0), Cell(grid_.size.x(), grid_.size.y(), 1)});
+    for (const SceneObject& object : home.scene.objects) add(home.scene, object);
+  }
+
+  // The floor that a frame saw, from its true depth and classes.
+  void see(const Rendering& rendering, const Camera& camera, const Pose& home_from_camera, ClassId floor) {
+    for (int v = 0; v < camera.height; ++v) {
+      for (int u = 0; u < camera.width; ++u) {
+        if (rendering.class_id(u, v) != floor || !(rendering.depth(u, v) > 0)) continue;
+        const Vec3d p = home_from_camera * back_project(camera, u, v, double{rendering.depth(u, v)});
+        const Eigen::Vector2i spot = grid_.around(p.head<2>());
+        for (int n = 0; n < 4; ++n) {  // the coarse cell of four
+          const Eigen::Vector2i fine((spot.x() & ~1) + (n & 1), (spot.y() & ~1) + (n >> 1));
+          if (grid_.contains(fine)) seen_[grid_.index(fine)] = 1;
+        }
+      }
+    }
+  }
+
+  void finish() {
+    obstacles_.update();
+    for (std::size_t i = 0; i < grid_.count(); ++i) {
+      const Cell cell(grid_.at(i).x(), grid_.at(i).y(), 0);
+      if (seen_[i] == 0 || obstacles_.holds(cell)) unfit_.add(cell);
+    }
+    unfit_.update();
+  }
+
+  // Metres from the nearest obstacle, and from the nearest place that is no floor that was seen; at most 1.2.
+  double clearance_m(const Eigen::Vector2d& at) const { return distance_m(obstacles_, at); }
+  double floor_clearance_m(const Eigen::Vector2d& at) const { return distance_m(unfit_, at); }
+
+  Eigen::AlignedBox2d extent() const {
+    return {grid_.low.cast<double>() * kCell_m, (grid_.low + grid_.size).cast<double>() * kCell_m};
+  }
+
+ private:
+  static constexpr int kReach_cells = 50;
+
+  double distance_m(const DistanceCells& cells, const Eigen::Vector2d& at) const {
+    const Eigen::Vector2i spot = grid_.around(at);
+    if (!grid_.contains(spot)) return 0;
+    const std::uint16_t squared = cells.squared({spot.x(), spot.y(), 0});
+    return kCell_m * (squared == DistanceCells::kFar ? kReach_cells : std::sqrt(static_cast<double>(squared)));
+  }
+
+  void add(const Scene& scene, const SceneObject& object) {
+    const SceneModel& model = scene.models[object.model];
+    for (const auto& triangle : model.triangles) {
+      std::array<Vec3d, 3> corner;
+      for (std::size_t k = 0; k < 3; ++k) {
+        corner[k] = object.world_from_object * model.positions[triangle[k]].cwiseProduct(object.scale).cast<double>();
+      }
+      add(corner);
+    }
+  }
+
+  // Points of the triangle, nearer to one another than a cell.
+  void add(const std::array<Vec3d, 3>& corner) {
+    const double longest =
+        std::max({(corner[1] - corner[0]).norm(), (corner[2] - corner[0]).norm(), (corner[2] - corner[1]).norm()});
+    const auto [lowest, highest] = std::minmax({corner[0].z(), corner[1].z(), corner[2].z()});
+    if (highest <= low_m_ || lowest >= high_m_) return;
+    const int steps = 1 + static_cast<int>(longest / (kCell_m / 2));
+    for (int i = 0; i <= steps; ++i) {
+      for (int j = 0; j <= steps - i; ++j) {
+        const Vec3d p = corner[0] + (corner[1] - corner[0]) * i / steps + (corner[2] - corner[0]) * j / steps;
+        if (p.z() <= low_m_ || p.z() >= high_m_) continue;
+        const Eigen::Vector2i spot = grid_.around(p.head<2>());
+        const Cell cell(spot.x(), spot.y(), 0);
+        if (grid_.contains(spot) && !obstacles_.holds(cell)) obstacles_.add(cell);
+      }
+    }
+  }
+
+  GroundGrid grid_;
+  DistanceCells obstacles_;
+  DistanceCells unfit_;
+  std::vector<std::uint8_t> seen_;
+  double low_m_;
+  double high_m_;
+};
+
+}  // namespace panoptic::test
