@@ -22,7 +22,8 @@ enum class Occupancy : std::uint8_t { kUnseen, kFree, kSurface };
 // Describes a map as it is when this is made; the map must outlive it. const functions may be called from several threads.
 class SeenSpace {
  public:
-  // The guess. Cameras of frames that were used; of many, this many spread evenly.
+  // The guess, for maps without free space and for cells that are not free as a whole, as beside a surface. Cameras of frames
+  // that were used; of many, this many spread evenly.
   static constexpr std::size_t kMostCameras = 256;
   // Half the angle of the cone around the optical axis that every depth camera sees: the file does not tell its intrinsics.
   static constexpr double kViewCone_deg = 20;

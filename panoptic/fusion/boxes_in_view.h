@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where boxes of a grid lie in the view of a camera: which pixels, and between which depths.
+// Boxes of a grid in the view of a camera: the pixels that they cover, and the depths that they lie between.
 #pragma once
 
 #include <cstdint>

@@ -8,6 +8,7 @@
 
 #include "panoptic/base/clones.h"
 #include "panoptic/fusion/flags.h"
+#include "panoptic/fusion/project_brick.h"
 
 namespace panoptic {
 namespace {
@@ -24,6 +25,8 @@ struct BrickInView {
   alignas(64) float x[kBrickVoxels];
   alignas(64) float y[kBrickVoxels];
   alignas(64) float z[kBrickVoxels];
+  alignas(64) float inverse_z[kBrickVoxels];
+  alignas(64) std::int32_t pixel[kBrickVoxels];
   alignas(64) float depth[kBrickVoxels];
 };
 
@@ -34,33 +37,9 @@ PANOPTIC_CLONES
 void view_brick(const KernelFrame& frame_in, const BlockInCamera& place_in, int brick, BrickInView& out) {
   const KernelFrame frame = frame_in;
   const BlockInCamera place = place_in;
-  BrickInView* __restrict to = &out;
-  alignas(64) std::int32_t pixel[kBrickVoxels];
-  const auto width = static_cast<float>(frame.width);
-  const auto height = static_cast<float>(frame.height);
-  const std::int32_t outside = frame.width * frame.height;
-  const int bx = kBrickSide * (brick & 3);
-  const int by = kBrickSide * (brick >> 2 & 3);
-  const int bz = kBrickSide * (brick >> 4);
-  for (int k = 0; k < kBrickVoxels; ++k) {
-    const auto ix = static_cast<float>(bx + (k & 3));
-    const auto iy = static_cast<float>(by + (k >> 2 & 3));
-    const auto iz = static_cast<float>(bz + (k >> 4));
-    const float x = place.origin[0] + iy * place.step_y[0] + iz * place.step_z[0] + ix * place.step_x[0];
-    const float y = place.origin[1] + iy * place.step_y[1] + iz * place.step_z[1] + ix * place.step_x[1];
-    const float z = place.origin[2] + iy * place.step_y[2] + iz * place.step_z[2] + ix * place.step_x[2];
-    const float inverse = 1.0F / z;
-    const float u = frame.fx * x * inverse + frame.cx + 0.5F;
-    const float v = frame.fy * y * inverse + frame.cy + 0.5F;
-    const bool inside = (z > 0) & (u >= 0) & (u < width) & (v >= 0) & (v < height);
-    const auto ui = static_cast<std::int32_t>(inside ? u : 0.0F);
-    const auto vi = static_cast<std::int32_t>(inside ? v : 0.0F);
-    pixel[k] = inside ? vi * frame.width + ui : outside;
-    to->x[k] = x;
-    to->y[k] = y;
-    to->z[k] = z;
-  }
-  for (int k = 0; k < kBrickVoxels; ++k) to->depth[k] = frame.depth[pixel[k]];
+  BrickInView* __restrict seen = &out;
+  project_brick(frame, place, brick, 0, *seen);
+  for (int k = 0; k < kBrickVoxels; ++k) seen->depth[k] = frame.depth[seen->pixel[k]];
 }
 
 // Voxels whose own pixel sees something farther behind: no others are looked through.

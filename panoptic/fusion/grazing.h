@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a frame sees its surface at a grazing angle. The truncation band is measured along the ray, so across such a surface it
-// is thin: at a cosine of .15 a band of 4 voxels is .6 voxels thick, and most voxels of the surface lie outside.
+// Finds the pixels in which a frame sees its surface at a grazing angle. The truncation band is measured along the ray, so across
+// such a surface it is thin: at a cosine of .15 a band of 4 voxels is .6 voxels thick, and most voxels of the surface lie
+// outside.
 #pragma once
 
 #include <vector>

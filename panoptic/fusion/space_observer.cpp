@@ -75,6 +75,20 @@ std::uint64_t empty_cells(const FrameView& view, const SightTiles& tiles, BlockI
   return empty;
 }
 
+// The lowest and the highest coordinates of what the view may reach.
+std::pair<Vec3d, Vec3d> bounds_of(const FrameView& view) {
+  Vec3d low = view.camera_in_world_m;
+  Vec3d high = low;
+  for (const int u : {0, view.pixels.width - 1}) {
+    for (const int v : {0, view.pixels.height - 1}) {
+      const Vec3d corner = view.camera_in_world_m + (view.ray(u, v) * view.farthest_m).cast<double>();
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+  }
+  return {low, high};
+}
+
 }  // namespace
 
 Fields fields(CarvingOptions& o) {
@@ -100,24 +114,6 @@ const std::vector<CarvedVoxels>& SpaceObserver::see(const Frame& frame, const Re
   if (views_ > 0) carved_ = carve(bricks_, now.camera_m, views_, map);
   return carved_;
 }
-
-namespace {
-
-// The lowest and the highest coordinates of what the view may reach.
-std::pair<Vec3d, Vec3d> bounds_of(const FrameView& view) {
-  Vec3d low = view.camera_in_world_m;
-  Vec3d high = low;
-  for (const int u : {0, view.pixels.width - 1}) {
-    for (const int v : {0, view.pixels.height - 1}) {
-      const Vec3d corner = view.camera_in_world_m + (view.ray(u, v) * view.farthest_m).cast<double>();
-      low = low.cwiseMin(corner);
-      high = high.cwiseMax(corner);
-    }
-  }
-  return {low, high};
-}
-
-}  // namespace
 
 // Those that the view may reach, in the order of their places.
 void SpaceObserver::find_chunks(const FrameView& view, float chunk_m) {

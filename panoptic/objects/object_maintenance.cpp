@@ -207,9 +207,9 @@ std::vector<std::uint32_t> ObjectMaintenance::things_on(const Pass& pass, const 
       const LabelSlot label = pass.surface.label(i);
       if (label != support && (!over || !unnamed[number(label)])) continue;
       if (label == LabelSlot::kUnknown && !is_voted_on(pass, i)) continue;
-      if (label == support && is_sure_part(pass, i)) continue;
       const Vec3d p = place_m(pass.surface[i], voxel_m);
-      if (stands_on(top, p, options_.carve_height_m, label != support)) things.push_back(i);
+      if (!stands_on(top, p, options_.carve_height_m, label != support)) continue;
+      if (label != support || !is_sure_part(pass, i)) things.push_back(i);
     }
   }
   return things;

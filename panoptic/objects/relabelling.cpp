@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <span>
 #include <unordered_map>
@@ -16,8 +15,6 @@
 
 namespace panoptic {
 namespace {
-
-using Counts = std::vector<std::pair<LabelSlot, int>>;
 
 constexpr double kFrayed_voxels = 3;  // from the rim: whatever lies there is taken for a frayed border
 constexpr double kFlush_voxels = 1;   // from the plane of the rim
@@ -63,29 +60,34 @@ struct Fill {
   Facet rim;
 };
 
-// The most frequent label around a hole whose rim reaches it, other holes left out; kNoVote where there is none. `counts` is for
-// reuse.
-Fill fill_of(std::uint32_t hole, const Filling& filling, Counts& counts) {
-  counts.clear();
-  std::map<LabelSlot, Facet> rims;
+// A label around a hole, how often it is there, and the first rim that it comes from.
+struct Candidate {
+  LabelSlot label;
+  int count;
+  Facet rim;
+};
+
+// The most frequent label around a hole whose rim reaches it, other holes left out; kNoVote where there is none. `candidates` is
+// for reuse.
+Fill fill_of(std::uint32_t hole, const Filling& filling, std::vector<Candidate>& candidates) {
+  candidates.clear();
   const Facet place = facet_of(filling.map, filling.surface[hole]);
   filling.surface.visit_near(hole, 1, [&](std::uint32_t neighbour) {
     if (filling.open[neighbour]) return;
     const Facet rim = filling.rim_of(neighbour);
     if (!filling.reaches(rim, place)) return;
     const LabelSlot label = filling.surface.label(neighbour);
-    rims.try_emplace(label, rim);
-    const auto known = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == label; });
-    if (known == counts.end()) {
-      counts.emplace_back(label, 1);
+    const auto known = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.label == label; });
+    if (known == candidates.end()) {
+      candidates.push_back({label, 1, rim});
     } else {
-      ++known->second;
+      ++known->count;
     }
   });
-  const auto best = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.second, -int{number(a.first)}) < std::pair(b.second, -int{number(b.first)});
+  const auto best = std::max_element(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::pair(a.count, -int{number(a.label)}) < std::pair(b.count, -int{number(b.label)});
   });
-  return best == counts.end() ? Fill{hole} : Fill{hole, best->first, rims.at(best->first)};
+  return best == candidates.end() ? Fill{hole} : Fill{hole, best->label, best->rim};
 }
 
 // The holes next to these voxels, each once. `listed` has no voxel before and after.
@@ -137,11 +139,11 @@ void fill_from_neighbours(std::vector<std::uint32_t> holes, const VoxelMap& map,
     filling.open[hole] = true;
     surface.relabel(hole, LabelSlot::kUnknown);
   }
-  Counts counts;
+  std::vector<Candidate> candidates;
   while (!holes.empty()) {
     std::vector<Fill> filled;
     for (const std::uint32_t hole : holes) {
-      Fill fill = fill_of(hole, filling, counts);
+      Fill fill = fill_of(hole, filling, candidates);
       if (fill.label != LabelSlot::kNoVote) filled.push_back(fill);
     }
     for (const Fill& fill : filled) {

@@ -8,6 +8,8 @@
 #include <limits>
 #include <unordered_map>
 
+#include "panoptic/map/block_key.h"
+#include "panoptic/map/voxel_grid.h"
 #include "panoptic/parallel.h"
 #include "panoptic/planning/up_frame.h"
 
@@ -86,29 +88,25 @@ void add_spans(std::span<const Entry> entries, float gap_m, float climb_m, std::
   }
 }
 
-std::uint64_t key_of(const Eigen::Vector3i& cell) {
-  constexpr int kHalf = 1 << 20;
-  std::uint64_t key = 0;
-  for (int a = 0; a < 3; ++a) key = key << 21 | static_cast<std::uint64_t>((cell[a] + kHalf) & (2 * kHalf - 1));
-  return key;
-}
+// Cells are counted like blocks, so they have the same keys and neighbours.
+using Cell = BlockIndex;
 
 // Cells with surface by key, and the number of the piece that each belongs to.
 using Pieces = std::unordered_map<std::uint64_t, std::uint32_t>;
 constexpr std::uint32_t kNoPiece = ~std::uint32_t{0};
 
 // Gives a cell and all that hangs together with it the number; returns the length of the box around it, in cells.
-int flood_piece(Pieces& pieces, const Eigen::Vector3i& from, std::uint32_t number) {
-  Eigen::AlignedBox3i box(from);
-  std::vector<Eigen::Vector3i> waiting = {from};
-  pieces[key_of(from)] = number;
+int flood_piece(Pieces& pieces, const Cell& from, std::uint32_t number) {
+  Eigen::AlignedBox3i box;
+  std::vector<Cell> waiting = {from};
+  pieces[pack(from)] = number;
   while (!waiting.empty()) {
-    const Eigen::Vector3i cell = waiting.back();
+    const Cell cell = waiting.back();
     waiting.pop_back();
-    box.extend(cell);
-    for (int n = 0; n < 27; ++n) {
-      const Eigen::Vector3i next = cell + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-      const auto found = pieces.find(key_of(next));
+    box.extend(Eigen::Vector3i(cell.x, cell.y, cell.z));
+    for (int n = 0; n < kNeighbours; ++n) {
+      const Cell next = neighbour(cell, n);
+      const auto found = pieces.find(pack(next));
       if (found == pieces.end() || found->second != kNoPiece) continue;
       found->second = number;
       waiting.push_back(next);
@@ -120,18 +118,19 @@ int flood_piece(Pieces& pieces, const Eigen::Vector3i& from, std::uint32_t numbe
 // Drops surface that hangs in the air and is no longer than a hand: the sensor's noise. Real things stand on or hang from others.
 void drop_specks(std::vector<GroundSample>& samples, double cell_m) {
   constexpr double kHand_m = 0.2;
-  const auto cell_of = [&](const GroundSample& s) -> Eigen::Vector3i {
-    return (s.at_m.cast<double>() / cell_m).array().floor().matrix().cast<int>();
+  const auto cell_of = [&](const GroundSample& s) -> Cell {
+    const Eigen::Vector3i at = (s.at_m.cast<double>() / cell_m).array().floor().matrix().cast<int>();
+    return {at.x(), at.y(), at.z()};
   };
   Pieces pieces;
-  for (const GroundSample& sample : samples) pieces.emplace(key_of(cell_of(sample)), kNoPiece);
+  for (const GroundSample& sample : samples) pieces.emplace(pack(cell_of(sample)), kNoPiece);
   std::vector<char> is_speck;
   for (const GroundSample& sample : samples) {
-    if (pieces.at(key_of(cell_of(sample))) != kNoPiece) continue;
+    if (pieces.at(pack(cell_of(sample))) != kNoPiece) continue;
     const int length = flood_piece(pieces, cell_of(sample), static_cast<std::uint32_t>(is_speck.size()));
     is_speck.push_back(length * cell_m <= kHand_m ? 1 : 0);
   }
-  std::erase_if(samples, [&](const GroundSample& s) { return is_speck[pieces.at(key_of(cell_of(s)))] != 0; });
+  std::erase_if(samples, [&](const GroundSample& s) { return is_speck[pieces.at(pack(cell_of(s)))] != 0; });
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/home_plan.h"
+#include "panoptic/planning/home_plan.h"
 
 #include "panoptic/planning/doors.h"
 #include "panoptic/planning/footprints.h"
@@ -12,7 +12,11 @@
 namespace panoptic {
 
 HomePlan plan_home(const PanopticMap& map, const Pose& grid_from_world) {
-  const LabelledSurface surface = labelled_surface(map, grid_from_world);
+  return plan_home(map, surface_samples(map.voxels), grid_from_world);
+}
+
+HomePlan plan_home(const PanopticMap& map, const SurfaceByBlock& samples, const Pose& grid_from_world) {
+  const LabelledSurface surface = labelled_surface(map, samples, grid_from_world);
   HomePlan plan;
   plan.grid_from_world = grid_from_world;
   plan.furniture = footprints(surface);

@@ -10,6 +10,7 @@
 #include "panoptic/base/json.h"
 #include "panoptic/base/polygon.h"
 #include "panoptic/home_plan.h"
+#include "panoptic/planning/plan_files.h"
 
 namespace panoptic {
 namespace {
@@ -28,16 +29,7 @@ Json points_json(const std::vector<Vec3d>& points) {
   return all;
 }
 
-Json head(const HomePlan& plan) {
-  const Eigen::Matrix4d world_from_grid = plan.grid_from_world.inverse().matrix();
-  Json rows = Json::array();
-  for (int row = 0; row < 4; ++row) {
-    Json values = Json::array();
-    for (int column = 0; column < 4; ++column) values.push_back(world_from_grid(row, column));
-    rows.push_back(std::move(values));
-  }
-  return {{"unit", "m"}, {"world_from_grid", std::move(rows)}};
-}
+Json head(const HomePlan& plan) { return {{"unit", "m"}, {"world_from_grid", to_json(Pose(plan.grid_from_world.inverse()))}}; }
 
 Json seats_json(const HomePlan& plan) {
   Json all = Json::array();

@@ -7,7 +7,6 @@
 #include <span>
 
 #include "panoptic/error.h"
-#include "panoptic/planning/surface_samples.h"
 
 namespace panoptic {
 namespace {
@@ -31,13 +30,13 @@ bool is_lying_class(std::string_view name) {
 
 bool is_door_class(std::string_view name) { return name == "door" || name == "doorframe"; }
 
-LabelledSurface labelled_surface(const PanopticMap& map, const Pose& grid_from_world) {
+LabelledSurface labelled_surface(const PanopticMap& map, const SurfaceByBlock& samples, const Pose& grid_from_world) {
   if (!is_finite(grid_from_world)) throw Error("the z-up frame of the map is not finite; give another direction for up");
   LabelledSurface result;
   result.voxel_m = double{map.voxels.voxel_size_m()};
   const double face_m2 = result.voxel_m * result.voxel_m;
   std::size_t points = 0;
-  for (const auto& block : surface_samples(map.voxels)) {
+  for (const auto& block : samples) {
     for (const SurfaceSample& sample : block) {
       ++points;
       // One sample per crossed edge of the voxel grid: as many of them per area as the normal's components add up to.

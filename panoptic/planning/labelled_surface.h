@@ -10,6 +10,7 @@
 
 #include "panoptic/base/polygon.h"
 #include "panoptic/map.h"
+#include "panoptic/planning/surface_samples.h"
 
 namespace panoptic {
 
@@ -27,8 +28,8 @@ struct LabelledSurface {
   double voxel_m = 0;
 };
 
-// Throws Error if the map has no surface.
-LabelledSurface labelled_surface(const PanopticMap& map, const Pose& grid_from_world);
+// REQUIRES the samples of this map. Throws Error if there are none.
+LabelledSurface labelled_surface(const PanopticMap& map, const SurfaceByBlock& samples, const Pose& grid_from_world);
 
 // Whether a class is one of those that people sit on, lie on, or go through.
 bool is_seat_class(std::string_view name);

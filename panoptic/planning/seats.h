@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where people sit and lie.
+// Finds the places where people sit and lie.
 #pragma once
 
 #include <vector>

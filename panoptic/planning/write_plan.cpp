@@ -11,8 +11,8 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
-#include "panoptic/home_plan.h"
 #include "panoptic/planning.h"
+#include "panoptic/planning/home_plan.h"
 #include "panoptic/planning/octomap_file.h"
 #include "panoptic/planning/plan_files.h"
 #include "panoptic/planning/plan_picture.h"
@@ -86,7 +86,7 @@ class Planner {
     write_walls(folder_, walls, summary_.frame);
     summary_.walls = walls.size();
     next("rooms");
-    write_home_plan(plan_home(map_, summary_.frame.grid_from_world), map_.labels, folder_);
+    write_home_plan(plan_home(map_, surface_, summary_.frame.grid_from_world), map_.labels, folder_);
     return std::move(summary_);
   }
 

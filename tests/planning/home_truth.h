@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where one may stand in a simulated home: its furniture and walls as triangles, and the floor that frames saw.
+// Tells where one may stand in a simulated home: its furniture and walls as triangles, and the floor that frames saw.
 #pragma once
 
 #include <algorithm>
