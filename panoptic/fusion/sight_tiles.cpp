@@ -118,10 +118,11 @@ void SightTiles::build(const float* depth_m, int width, int height) {
   parallel_for(size.rows, [&](std::size_t row) { build_row(depth_m, width, height, static_cast<int>(row)); });
   for (std::size_t row = 1; row <= size.rows; ++row) {
     std::int32_t* here = missing_.data() + row * (size.columns + 1);
+    const std::int32_t* above = here - (size.columns + 1);
     std::int32_t in_row = 0;
     for (std::size_t column = 1; column <= size.columns; ++column) {
       in_row += here[column];
-      here[column] = in_row + here[column - size.columns - 1];
+      here[column] = in_row + above[column];
     }
   }
   std::size_t level = 1;
