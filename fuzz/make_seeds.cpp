@@ -14,6 +14,7 @@
 #include "panoptic/base/json.h"
 #include "panoptic/io/scannet_scan.h"
 #include "panoptic/io/sens_writer.h"
+#include "panoptic/map/frame_log.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/mapfile/block_codec.h"
 #include "panoptic/outputs.h"
@@ -279,6 +280,14 @@ translation = [0.02, 0, 0]
             {"name = \"small\"\n[[class]]\nid = 1\nname = \"wall\"\nthing = false\ncolor = [1, 2, 3]\n[[class]]\nid = 2\nname = "
              "\"chair\"\nmax_size_m = 1.5\nsupport = true\n"},
             3);
+  Segmentation segmentation{Image<std::uint16_t>(6, 4), {{ClassId{3}, 0.5F, {{ClassId{3}, 0.5F}}}, {ClassId{1}, 1, {}}}};
+  for (std::size_t i = 8; i < 20; ++i) segmentation.segment_at[i] = static_cast<std::uint16_t>(1 + i % 2);
+  const std::vector<PanopticId> ids = {PanopticId{44}, PanopticId{1}};
+  seeds.put("corrections", "labels", {text(encode_labels(segmentation, ids))}, 0);
+  seeds.put("corrections", "updates",
+            {R"({"at_frame": 1, "poses": [{"frame": 0, "pose": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}]})"}, 1);
+  seeds.put("corrections", "by_frame", {"0 0 0 0 0 0 0 1\n7 1 2 3 0 0 0 1\n"}, 2);
+  seeds.put("corrections", "by_time", {"0.1 1 0 0 0 0 1 0 0 0 0 1 0\n"}, 2);
   seeds.put("toml", "set", {"map.voxel_size_m=0.03"}, 4);
   seeds.put("toml", "set_list", {"networks.models=[\"a\", \"b\"]"}, 4);
 }

@@ -7,8 +7,9 @@
 namespace panoptic::fuzz {
 
 std::span<const Target> targets() {
-  static constexpr std::array<Target, 14> kTargets = {{{"block_codec", block_codec},
+  static constexpr std::array<Target, 15> kTargets = {{{"block_codec", block_codec},
                                                        {"coco", coco},
+                                                       {"corrections", corrections},
                                                        {"http", http},
                                                        {"image", image},
                                                        {"map_file", map_file},

@@ -15,6 +15,7 @@ using Input = std::span<const std::uint8_t>;
 
 void block_codec(Input input);
 void coco(Input input);
+void corrections(Input input);
 void http(Input input);
 void image(Input input);
 void map_file(Input input);

@@ -115,6 +115,8 @@ void add_map_file(CLI::App& run, Arguments& a) {
   constexpr double kLongest_s = 1e6;
   CLI::Option* map = run.add_option("--map", a.map, "map file to save to, every few seconds and at the end; must not exist");
   run.add_flag("--resume", a.resume, "go on from the map file, if it exists; not with --online")->needs(map);
+  run.add_option("--pose-updates", a.pose_updates,
+                 "corrections of poses by the SLAM system, a line of JSON for each moment (docs/maps.md); the map follows");
   run.add_option("--checkpoint-every", a.checkpoint_every_s, "seconds from one save to the next, default 5")
       ->check(CLI::Range(0.0, kLongest_s))
       ->needs(map);
@@ -144,6 +146,16 @@ void add_map_commands(CLI::App& app, Arguments& a) {
 
   CLI::App* regularize = add_map_command(app, "regularize", "regularize the labels of a map file anew, in place", a);
   regularize->add_option("--set", a.settings, "one option, regularizer.key=value; may be repeated");
+
+  CLI::App* rebuild = add_map_command(app, "rebuild", "make a map file anew with corrected poses, without networks", a);
+  rebuild
+      ->add_option("--poses", a.poses,
+                   "trajectory: time x y z qx qy qz qw (TUM) or frame x y z qx qy qz qw, world from camera, for all frames or "
+                   "some")
+      ->required();
+  rebuild->add_option("-o,--output", a.output, "the new map file; must not exist")->required();
+  rebuild->add_option("--recording", a.dataset, "where the map's recording is now, if it has moved");
+  rebuild->footer("Objects keep their ids; those that turn out to be one are merged (docs/maps.md).");
 }
 
 void add_plan(CLI::App& app, Arguments& a) {

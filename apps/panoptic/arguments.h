@@ -49,6 +49,8 @@ struct Arguments {
   std::string map;        // map file: to keep up to date, or to look at
   std::string other_map;  // merge, diff: the second one
   bool resume = false;
+  std::string pose_updates;
+  std::string poses;  // rebuild
   std::optional<double> checkpoint_every_s;
   // simulate
   std::optional<std::string> seed;

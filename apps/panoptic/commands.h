@@ -26,6 +26,7 @@ int map_info(const Arguments& arguments);
 int map_mesh(const Arguments& arguments);
 int map_query(const Arguments& arguments);
 int map_regularize(const Arguments& arguments);
+int map_rebuild(const Arguments& arguments);
 int map_merge(const Arguments& arguments);
 int map_diff(const Arguments& arguments);
 int plan(const Arguments& arguments);

@@ -29,6 +29,7 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "mesh") return panoptic::map_mesh(arguments);
   if (arguments.command == "query") return panoptic::map_query(arguments);
   if (arguments.command == "regularize") return panoptic::map_regularize(arguments);
+  if (arguments.command == "rebuild") return panoptic::map_rebuild(arguments);
   if (arguments.command == "merge") return panoptic::map_merge(arguments);
   if (arguments.command == "diff") return panoptic::map_diff(arguments);
   if (arguments.command == "plan") return panoptic::plan(arguments);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// info, mesh, query and regularize: what can be done with a map file.
+// info, mesh, query, regularize and rebuild: what can be done with a map file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,11 +17,13 @@
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
+#include "panoptic/mapping/rebuild_file.h"
 #include "panoptic/mapping/regularize_file.h"
 #include "panoptic/outputs.h"
 #include "panoptic/parallel.h"
 #include "panoptic/profile.h"
 #include "panoptic/query.h"
+#include "panoptic/simulation.h"
 #include "panoptic/surface.h"
 
 namespace panoptic {
@@ -221,6 +223,29 @@ int map_regularize(const Arguments& a) {
   const RegularizedFile file = regularize_map_file(a.map, a.settings);
   tell_note(file.note);
   fmt::print("{} of {} blocks have other labels now, {} objects\n", file.changed, file.blocks, file.objects);
+  return kDone;
+}
+
+int map_rebuild(const Arguments& a) {
+  set_thread_count(a.threads);
+  const MappedRecording mapped = mapped_recording(a.map);
+  const std::string& recording = a.dataset.empty() ? mapped.recording : a.dataset;
+  const auto dataset = [&] {
+    try {
+      return open_dataset(recording, mapped.calibration, mapped.pair_tolerance_s);
+    } catch (const Error& e) {
+      throw Error(
+          fmt::format("the recording of the map cannot be opened: {}; if it has moved, name it: --recording PATH", e.what()));
+    }
+  }();
+  const RebuiltFile rebuilt = rebuild_map_file(a.map, a.poses, *dataset, a.output);
+  const Correction& c = rebuilt.correction;
+  if (c.frames == 0) tell_note("no pose differs from the map's by more than map.pose_tolerance_m: the new map is the old one");
+  if (rebuilt.left_over > 0) tell_note(fmt::format("{} poses of {} are of no frame of the map", rebuilt.left_over, a.poses));
+  fmt::print("poses     for {} of {} frames, {} of them other than before\n", rebuilt.given, rebuilt.used, c.frames);
+  fmt::print("rebuilt   {} of {} blocks in {:.1f} s, {:.1f} s of it waiting for frames; {} objects\n", c.blocks_refused, c.blocks,
+             c.ms / 1000, c.wait_ms / 1000, rebuilt.objects);
+  fmt::print("look at   panoptic view {0}, panoptic mesh {0} -o mesh.ply\n", a.output);
   return kDone;
 }
 

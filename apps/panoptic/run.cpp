@@ -64,6 +64,21 @@ void print_online(const OnlineReport& o) {
   }
 }
 
+void print_corrections(const std::vector<Correction>& corrections) {
+  double ms = 0;
+  std::size_t poses = 0;
+  std::size_t unknown = 0;
+  for (const Correction& correction : corrections) {
+    ms += correction.ms;
+    poses += correction.frames;
+    unknown += correction.unknown;
+  }
+  fmt::print("{} corrections moved {} poses, {:.0f} ms each\n", corrections.size(), poses,
+             ms / static_cast<double>(corrections.size()));
+  if (unknown > 0)
+    tell(fmt::format("note: {} corrected poses are of frames that were not in the map at their moment\n", unknown));
+}
+
 // The source of labels, if there is one: what the options name, else what the list of recordings does.
 std::string predictor_text(const Options& options, const std::string& list) {
   if (!options.predictions.empty()) return options.predictions;
@@ -75,6 +90,7 @@ void print_closing(const Mapper& mapper, const RunSummary& summary, const std::s
   print_stages(mapper.profile());
   print_frames(mapper.frames(), summary.without_prediction);
   if (summary.online) print_online(*summary.online);
+  if (!summary.corrections.empty()) print_corrections(summary.corrections);
   const VoxelMap& map = mapper.map().voxels;
   fmt::print("{} blocks, {:.1f} million voxels observed, {:.0f} MB map, peak {:.0f} MB\n", map.block_count(),
              static_cast<double>(map.observed_voxels()) / 1e6, static_cast<double>(map.memory_bytes()) / 1e6, peak_rss_mb());
@@ -91,14 +107,24 @@ std::string absolute_recording(const std::string& recording) {
   return recording.starts_with("sim:") ? recording : std::filesystem::absolute(recording).lexically_normal().string();
 }
 
+std::string absolute_path(const std::string& path) {
+  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+}
+
 std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Options& options, const RunSummary& summary,
                                            Mapper& mapper) {
   if (arguments.map.empty()) return nullptr;
   CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
   settings.warn = [](const std::string& what) { tell(fmt::format("\n{}\n", what)); };
-  const RunIdentity identity{summary.recording, summary.calibration,      arguments.frames,           options,
-                             arguments.online,  summary.pair_tolerance_s, to_text(summary.recordings)};
+  const RunIdentity identity{summary.recording,
+                             summary.calibration,
+                             arguments.frames,
+                             options,
+                             arguments.online,
+                             summary.pair_tolerance_s,
+                             to_text(summary.recordings),
+                             absolute_path(arguments.pose_updates)};
   auto checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, mapper);
   if (checkpoints->was_complete()) {
     fmt::print("map       {} is complete: nothing is left to map\n", arguments.map);
@@ -217,13 +243,24 @@ Options with_swap_folder(Options options, const std::string& output) {
   return options;
 }
 
+// A log of the frames is kept where something can come of it.
+Options with_log(Options options, const Arguments& arguments) {
+  if (options.map.log == "auto" && !(arguments.map.empty() && arguments.pose_updates.empty())) options.map.log = "reference";
+  return options;
+}
+
 int run(const Arguments& arguments) {
   if (arguments.online && arguments.resume) {
     throw UsageError("--resume is for runs without --online: what an online run drops depends on the moment");
   }
+  if (arguments.online && !arguments.pose_updates.empty()) {
+    throw UsageError("--pose-updates is for runs without --online: their moments count frames that online runs may drop");
+  }
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
-  const Options placed = with_swap_folder(options, arguments.output);
+  const auto pose_updates =
+      arguments.pose_updates.empty() ? std::vector<PoseUpdates>() : read_pose_updates(arguments.pose_updates);
+  const Options placed = with_log(with_swap_folder(options, arguments.output), arguments);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
   const auto dataset = open_checked(arguments);
@@ -247,7 +284,7 @@ int run(const Arguments& arguments) {
   const Stopwatch stopwatch;
   MappingResult result = [&] {
     Progress progress("frames", range.count(dataset->size()));
-    const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), [&](std::size_t done) {
+    const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, [&](std::size_t done) {
                            progress.advance(done);
                            tell_warnings(predictor.get());
                            return !interrupted();
@@ -263,6 +300,7 @@ int run(const Arguments& arguments) {
   summary.complete = result.stopped_by.empty();
   summary.without_prediction = result.without_prediction;
   summary.online = result.online;
+  summary.corrections = result.corrections;
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);

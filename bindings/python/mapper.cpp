@@ -63,6 +63,30 @@ void finish(PythonMapper& self) {
   released([&] { self.mapper.finish(); });
 }
 
+// Reads a frame by what Python has for that.
+ReadResult read_by(const py::function& read, std::int64_t frame) {
+  const py::gil_scoped_acquire lock;
+  try {
+    const py::object given = read(frame);
+    if (!py::isinstance<Frame>(given)) return {std::nullopt, {frame, "`read` must return a Frame"}};
+    ReadResult result{kept(*given.cast<std::shared_ptr<Frame>>()), {}};
+    result.frame->index = frame;
+    return result;
+  } catch (const std::exception& e) {
+    return {std::nullopt, {frame, e.what()}};
+  }
+}
+
+py::dict update_poses(PythonMapper& self, const py::dict& poses, const py::function& read) {
+  const Use use(*self.use);
+  std::vector<PoseUpdate> updates;
+  for (const auto& [frame, pose] : poses) updates.push_back({frame.cast<std::int64_t>(), pose_from(pose, "pose")});
+  const Correction c =
+      released([&] { return self.mapper.update_poses(updates, [&](std::int64_t frame) { return read_by(read, frame); }); });
+  return py::dict(py::arg("frames") = c.frames, py::arg("unknown") = c.unknown, py::arg("blocks") = c.blocks,
+                  py::arg("blocks_refused") = c.blocks_refused, py::arg("ms") = c.ms, py::arg("wait_ms") = c.wait_ms);
+}
+
 std::shared_ptr<LabelledMesh> mesh(PythonMapper& self) {
   const Use use(*self.use);
   return std::make_shared<LabelledMesh>(LabelledMesh{released([&] { return self.mapper.mesh(); }), self.mapper.map().labels});
@@ -188,6 +212,12 @@ Returns an Outcome: a frame without a depth reading, say, is counted and changes
       .def("skip", &skip, py::arg("index"), py::arg("reason"), "Counts a frame that could not be read.")
       .def("regularize", &regularize, "Regularizes the labels of what changed; add does so every regularizer.every_frames.")
       .def("finish", &finish, "After the last frame. Nothing can be added any more; everything can be read.")
+      .def("update_poses", &update_poses, py::arg("poses"), py::arg("read"),
+           R"(The map follows corrected poses: it is fused anew from all its frames, without networks, and objects keep their ids.
+
+Needs Options(map=dict(log="reference")). poses: {frame index: (4, 4) world_from_camera}, for all frames or some. read(index): the
+Frame of that index once more; its pose does not matter. Returns counts and times: frames (whose pose changed), unknown (indices that are
+not in the map), blocks, blocks_refused, ms, wait_ms. Raises Error and leaves the map as it was if a frame cannot be read again.)")
       .def("mesh", &mesh, "The surface as it is now; only what changed is extracted anew.")
       .def("map_hash", &hash, "A fingerprint of every voxel bit, as `map_hash` in report.json.")
       .def("save", &save, py::arg("path"), "Saves the map as a file for load_map, query, diff, merge and the program.")

@@ -3,6 +3,7 @@
 #include "panoptic/map_file.h"
 
 #include "fuzz/input.h"
+#include "panoptic/mapfile/log_rows.h"
 
 namespace panoptic::fuzz {
 
@@ -12,6 +13,7 @@ void map_file(Input input) {
   const std::filesystem::path path = kScratch.put("a.panoptic", input);
   succeeds([&] { load_map(path); });
   succeeds([&] { load_frames(path); });
+  succeeds([&] { load_log(path); });
 }
 
 }  // namespace panoptic::fuzz

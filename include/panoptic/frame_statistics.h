@@ -29,6 +29,9 @@ class FrameStatistics {
   // Counts a frame that was not used. Reasons are counted by their text up to the first ':'; the rest names the file.
   void count_skipped(const SkippedFrame& frame);
 
+  // The poses of all used frames, in their order, as they are now.
+  void retrace(const std::vector<TimedPose>& poses);
+
   std::uint64_t used() const { return used_; }
   std::uint64_t skipped() const { return skipped_; }
   const std::map<std::string, std::uint64_t>& skipped_by_reason() const { return by_reason_; }

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "panoptic/frame.h"
@@ -13,6 +14,7 @@
 #include "panoptic/mesh.h"
 #include "panoptic/options.h"
 #include "panoptic/outcome.h"
+#include "panoptic/pose_update.h"
 #include "panoptic/segmentation.h"
 #include "panoptic/source.h"
 
@@ -22,8 +24,9 @@ class FrameStatistics;
 class MapperParts;
 class Profile;
 
-// Memory grows with the mapped volume and the number of objects, never with the number of frames. Not thread-safe: one thread
-// at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map, bit for bit.
+// Memory grows with the mapped volume and the number of objects, and by some 15 kB a frame with map.log (FrameLog). Not
+// thread-safe: one thread at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map,
+// bit for bit.
 class Mapper {
  public:
   // Throws Error if an option is out of its range (`panoptic options` lists them) or options contradict each other.
@@ -56,6 +59,14 @@ class Mapper {
   // regularization.
   void finish();
 
+  // The map follows corrected poses: it is fused anew from all its frames, in their order, each with its newest pose and with
+  // the objects that its segments were given when it was added (through ObjectRegistry::merged), without networks and without
+  // tracking. Then comes object maintenance and the regularizer; after finish, all that finish does. The same poses give the same
+  // map, bit for bit, whatever the map was before. Objects keep their ids; evidence is gathered from the log. Nothing changes if
+  // no pose moved by more than map.pose_tolerance_m. Throws Error, and the map stays as it was: a pose that is no rigid motion, a
+  // frame that cannot be read or fused again, map.log = none, or a log that is beyond its limit.
+  Correction update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read);
+
   // The surface as it is now; only blocks that changed since the last call are extracted anew.
   Mesh mesh();
 
@@ -63,7 +74,7 @@ class Mapper {
   const FrameStatistics& frames() const;
   std::uint64_t labelled() const;  // frames that came with a prediction
   // Per segment of the last frame that was added, or whose labels were: which one it is in the map. Stuff and whole classes have
-  // their class number; kUnknown: none.
+  // their class number; kUnknown: none. Empty after update_poses.
   std::vector<PanopticId> segment_ids() const;
   // Stages "register", "reference", "track", "integrate", "free space", their sum "fusion", "maintain", "regularize" and "mesh";
   // callers add their own.

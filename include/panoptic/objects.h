@@ -203,6 +203,9 @@ class ObjectRegistry {
   // Nothing when all are taken, which refused() counts. `frame`: the one that the object was found in or after.
   std::optional<LabelSlot> create(std::int64_t frame = 0);
   std::uint64_t refused() const { return state_.refused; }
+  // Makes an object anew under an id that was given before. Nothing when there is no slot. REQUIRES an id of an object that is no
+  // more, or of another registry, below next_id.
+  std::optional<LabelSlot> recreate(PanopticId id, std::int64_t frame, PartHistory parts = {});
 
   // Adds one detection to the evidence (Eq. 12). REQUIRES the slot of an object.
   void observe(LabelSlot slot, const Segment& segment, std::int64_t frame);
@@ -212,6 +215,8 @@ class ObjectRegistry {
   // Makes object `from` a part of `into`, as was found after this frame: its evidence goes there, and it is no object any more.
   // No voxel may be given its slot from now on. REQUIRES two different objects.
   void merge(LabelSlot from, LabelSlot into, std::int64_t frame);
+  // The same for an id that has no object now.
+  void merge_absent(PanopticId from, LabelSlot into, std::int64_t frame);
   // Every object that was merged away, ever, with its survivor; ascending.
   const std::vector<MergedObject>& merged() const { return state_.merged; }
   // The object that this one was merged into, or itself.

@@ -51,6 +51,13 @@ struct MapOptions {
   // The folder of the file that holds what is beyond the limit; empty = the system's for temporary files (`panoptic run`: the
   // output folder).
   std::string swap_folder;
+  // "reference": poses and labels of all used frames are kept, so that the map can follow corrected poses (Mapper::update_poses);
+  // depth and colour are read again from the recording. "none": nothing is kept. "auto": "reference" in a `panoptic run` with
+  // --map or --pose-updates, else "none".
+  std::string log = "auto";
+  int log_limit_mb = 1000;  // of 1e6 bytes; a map whose log grew beyond this cannot follow any more
+  // A frame whose pose is corrected by less keeps its pose: what a point 2 m before the camera moves at most.
+  float pose_tolerance_m = 0.002F;
 };
 
 // Objects from frame to frame (Eq. 3-5).

@@ -15,6 +15,7 @@
 #include "panoptic/mapper.h"
 #include "panoptic/online.h"
 #include "panoptic/options.h"
+#include "panoptic/pose_update.h"
 #include "panoptic/source.h"
 
 namespace panoptic {
@@ -46,6 +47,7 @@ struct RunSummary {
   double wall_s = 0;
   std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
   std::optional<OnlineReport> online;    // of an online run
+  std::vector<Correction> corrections;   // of poses, in their order
   bool pictures = true;                  // false: no views/; pictures that an earlier run left there are removed
 };
 

@@ -87,31 +87,51 @@ LabelSlot LabelTracker::best_match(std::size_t segment) const {
   return best;
 }
 
+void LabelTracker::compare(const RegisteredFrame& registered, std::size_t segment_count, std::span<const LabelSlot> reference) {
+  find_bands(registered, reference);
+  count_overlaps(segment_count);
+}
+
+void LabelTracker::take(LabelSlot object) {
+  const std::uint16_t column = column_of_id_[number(object)];
+  if (column != kNoColumn) column_taken_[column] = true;
+}
+
+std::vector<std::size_t> LabelTracker::by_area() const {
+  std::vector<std::size_t> order(segment_area_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return segment_area_[a] > segment_area_[b]; });
+  return order;
+}
+
 const std::vector<LabelSlot>& LabelTracker::assign(const RegisteredFrame& registered, std::span<const Segment> segments,
                                                    std::span<const LabelSlot> reference, std::int64_t frame,
                                                    ObjectRegistry& objects) {
-  find_bands(registered, reference);
-  count_overlaps(segments.size());
-  std::vector<std::size_t> order(segments.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return segment_area_[a] > segment_area_[b]; });
-
-  id_of_value_.assign(segments.size() + 1, LabelSlot::kUnknown);
-  for (const std::size_t s : order) {
+  compare(registered, segments.size(), reference);
+  std::vector<LabelSlot> ids(segments.size(), LabelSlot::kUnknown);
+  for (const std::size_t s : by_area()) {
     const Segment& segment = segments[s];
-    LabelSlot& id = id_of_value_[s + 1];
+    LabelSlot& id = ids[s];
     if (labels_.is_stuff(segment.class_id) || segment.is_whole_class) id = LabelSet::of_class(segment.class_id);
     if (!labels_.is_thing(segment.class_id) || segment.is_whole_class || segment_area_[s] == 0) continue;
     id = best_match(s);
     if (id != LabelSlot::kUnknown) {
-      column_taken_[column_of_id_[number(id)]] = true;
+      take(id);
     } else {
       id = objects.create(frame).value_or(LabelSlot::kNoVote);
     }
     if (id != LabelSlot::kNoVote) objects.observe(id, segment, frame);
   }
+  return label(registered, segments, ids, objects);
+}
+
+const std::vector<LabelSlot>& LabelTracker::label(const RegisteredFrame& registered, std::span<const Segment> segments,
+                                                  std::span<const LabelSlot> ids, const ObjectRegistry& objects) {
+  id_of_value_.assign(1, LabelSlot::kUnknown);
+  id_of_value_.insert(id_of_value_.end(), ids.begin(), ids.end());
+  const std::size_t pixels = runs_.back().back().begin;  // where the last run ends
   result_.resize(registered.segment.size());
-  std::fill(result_.begin() + static_cast<std::ptrdiff_t>(reference.size()), result_.end(), LabelSlot::kNoVote);
+  std::fill(result_.begin() + static_cast<std::ptrdiff_t>(pixels), result_.end(), LabelSlot::kNoVote);
   label_pixels(segments, objects);
   return result_;
 }

@@ -33,6 +33,16 @@ class LabelTracker {
   const std::vector<LabelSlot>& assign(const RegisteredFrame& registered, std::span<const Segment> segments,
                                        std::span<const LabelSlot> reference, std::int64_t frame, ObjectRegistry& objects);
 
+  // The steps of assign, for whoever knows ids already. `compare` counts overlaps; then best_match is the free object of Eq. 4
+  // for a segment, or kUnknown, and `take` gives an object away; `label` ends the call as assign does. Nothing is observed.
+  void compare(const RegisteredFrame& registered, std::size_t segment_count, std::span<const LabelSlot> reference);
+  LabelSlot best_match(std::size_t segment) const;
+  void take(LabelSlot object);
+  const std::vector<LabelSlot>& label(const RegisteredFrame& registered, std::span<const Segment> segments,
+                                      std::span<const LabelSlot> ids, const ObjectRegistry& objects);
+  // The segments of the frame that is compared, the largest first.
+  std::vector<std::size_t> by_area() const;
+
   // For each segment of that call, its id, and its pixels with a depth reading.
   std::span<const LabelSlot> segment_ids() const { return std::span(id_of_value_).subspan(1); }
   std::span<const std::uint32_t> segment_areas_px() const { return segment_area_; }
@@ -44,7 +54,6 @@ class LabelTracker {
   void find_bands(const RegisteredFrame& registered, std::span<const LabelSlot> reference);
   void count_overlaps(std::size_t segment_count);
   std::size_t column_of(LabelSlot object, std::size_t segment_count);
-  LabelSlot best_match(std::size_t segment) const;
   bool says_less(std::size_t value, ClassId known, std::span<const Segment> segments) const;
   void label_pixels(std::span<const Segment> segments, const ObjectRegistry& objects);
 

@@ -48,19 +48,28 @@ std::optional<std::size_t> ObjectRegistry::free_place() {
 
 std::optional<LabelSlot> ObjectRegistry::create(std::int64_t frame) {
   ++state_.created_since_retirement;
-  const bool ids_are_left = number(state_.next_id) < std::numeric_limits<std::uint32_t>::max();
-  const std::optional<std::size_t> place = ids_are_left ? free_place() : std::nullopt;
+  if (number(state_.next_id) == std::numeric_limits<std::uint32_t>::max()) {
+    ++state_.refused;
+    return std::nullopt;
+  }
+  const std::optional<LabelSlot> slot = recreate(state_.next_id, frame);
+  if (slot) state_.next_id = static_cast<PanopticId>(number(state_.next_id) + 1);
+  return slot;
+}
+
+std::optional<LabelSlot> ObjectRegistry::recreate(PanopticId id, std::int64_t frame, PartHistory parts) {
+  const std::optional<std::size_t> place = free_place();
   if (!place) {
     ++state_.refused;
     return std::nullopt;
   }
   Object& object = state_.objects[*place];
-  object.id = state_.next_id;
+  object.id = id;
   object.slot = static_cast<LabelSlot>(first_thing_ + *place);
   object.first_frame = frame;
   object.last_frame = frame;
+  object.parts = std::move(parts);
   slot_of_.emplace(object.id, object.slot);
-  state_.next_id = static_cast<PanopticId>(number(state_.next_id) + 1);
   return object.slot;
 }
 
@@ -118,15 +127,18 @@ void ObjectRegistry::merge(LabelSlot from, LabelSlot into, std::int64_t frame) {
   Object& whole = at(into);
   add_observations(part, whole);
   whole.parts.merge(part.parts);
-  whole.parts.add({part.id, frame});
-  if (part.parts.count() > 0) {
-    for (MergedObject& merged : state_.merged) {
-      if (merged.into == part.id) merged.into = whole.id;
-    }
-  }
-  const auto place = std::ranges::lower_bound(state_.merged, part.id, {}, &MergedObject::id);
-  state_.merged.insert(place, {part.id, whole.id});
+  merge_absent(part.id, into, frame);
   leave(part);
+}
+
+void ObjectRegistry::merge_absent(PanopticId from, LabelSlot into, std::int64_t frame) {
+  Object& whole = at(into);
+  whole.parts.add({from, frame});
+  for (MergedObject& merged : state_.merged) {
+    if (merged.into == from) merged.into = whole.id;
+  }
+  const auto place = std::ranges::lower_bound(state_.merged, from, {}, &MergedObject::id);
+  state_.merged.insert(place, {from, whole.id});
 }
 
 PanopticId ObjectRegistry::survivor(PanopticId id) const {

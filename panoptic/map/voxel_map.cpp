@@ -68,6 +68,15 @@ Fields fields(MapOptions& o) {
                  "megabytes of memory for all but networks; voxels beyond lie in a file until they are needed; 0: no limit",
                  in_range(0, 1e6)});
   all.push_back({"swap_folder", &o.swap_folder, "where that file lies; empty: the output folder", {}});
+  all.push_back(
+      {"log", &o.log,
+       "reference: keep poses and labels of all frames, so that the map can follow corrected poses; none; auto: reference "
+       "for run --map",
+       one_of({"auto", "reference", "none"})});
+  all.push_back({"log_limit_mb", &o.log_limit_mb, "megabytes that these may take; a map with more cannot follow any longer",
+                 in_range(1, 1e6)});
+  all.push_back({"pose_tolerance_m", &o.pose_tolerance_m,
+                 "a corrected pose counts if it moves a point 2 m before the camera by more than this", in_range(0, 1)});
   return all;
 }
 

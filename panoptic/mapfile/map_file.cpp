@@ -64,6 +64,13 @@ void put_header(Database& database, const MapHeader& header) {
   put_classes(database, header.labels);
 }
 
+Statement& bind_pose(Statement& statement, const Pose& pose) {
+  const Vec3d place = pose.translation();
+  const Eigen::Quaterniond turn(pose.linear());
+  for (const double value : {place.x(), place.y(), place.z(), turn.w(), turn.x(), turn.y(), turn.z()}) statement.bind(value);
+  return statement;
+}
+
 void put_frames(Database& database, const std::vector<FrameRecord>& frames) {
   Statement put(database,
                 "INSERT OR REPLACE INTO frames(position, frame, time_s, labelled, unused_because, x_m, y_m, z_m, qw, qx, qy, qz) "
@@ -75,13 +82,17 @@ void put_frames(Database& database, const std::vector<FrameRecord>& frames) {
     } else {
       put.bind(std::string_view(f.unused_because));
     }
-    if (f.world_from_camera) {
-      const Vec3d place = f.world_from_camera->translation();
-      const Eigen::Quaterniond turn(f.world_from_camera->linear());
-      for (const double value : {place.x(), place.y(), place.z(), turn.w(), turn.x(), turn.y(), turn.z()}) put.bind(value);
-    }
+    if (f.world_from_camera) bind_pose(put, *f.world_from_camera);
     put.run();
   }
+}
+
+// The poses of frames that were used, as they are now.
+void correct_frames(const Database& database, const std::vector<LogRow>& log) {
+  Statement put(database,
+                "UPDATE frames SET x_m = ?, y_m = ?, z_m = ?, qw = ?, qx = ?, qy = ?, qz = ? "
+                "WHERE frame = ? AND unused_because IS NULL");
+  for (const LogRow& row : log) bind_pose(put, row.entry.world_from_camera).bind(row.entry.frame).run();
 }
 
 // Removes the file with what SQLite may have left beside it.
@@ -259,14 +270,18 @@ MapFileWriter MapFileWriter::open(const std::filesystem::path& path, MapLock loc
 void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
   Database& database = state_->database;
   const std::vector<Bytes> encoded = encode_blocks(update.blocks, in_parallel);
+  if (update.anew) state_->extents.clear();
   auto rows = object_rows(update.objects, state_->all_extents(update.blocks));
   const RegistryState& registry = update.objects.state();
   try {
     Transaction transaction(database);
+    if (update.anew) database.execute("DELETE FROM blocks; DELETE FROM free_space;");
     put_blocks(database, update.blocks, encoded);
     put_space(database, update.space);
+    put_log(database, update.log);
     state_->objects.write(std::move(rows), registry);
     put_frames(database, update.frames);
+    if (update.anew) correct_frames(database, update.log);
     state_->put_states(update.notes.states);
     put_meta(database, kMetaEpoch, std::to_string(update.epoch));
     put_meta(database, kMetaIdsGiven, std::to_string(number(registry.next_id) - update.objects.first_thing()));

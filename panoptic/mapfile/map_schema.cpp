@@ -70,6 +70,12 @@ CREATE TABLE free_space (x INTEGER NOT NULL, y INTEGER NOT NULL, z INTEGER NOT N
   cells BLOB NOT NULL, PRIMARY KEY (x, y, z)) STRICT, WITHOUT ROWID;
 )sql";
 
+// The table that formats 1 to 3 lack.
+constexpr const char* kTableOfLog = R"sql(
+CREATE TABLE frame_log (number INTEGER PRIMARY KEY, frame INTEGER NOT NULL, time_s REAL NOT NULL, pose BLOB NOT NULL,
+  size INTEGER NOT NULL, labels BLOB NOT NULL, checksum INTEGER NOT NULL) STRICT;
+)sql";
+
 // Name -> kind and text. Names that begin with sqlite_ are SQLite's own, and nobody else can make one.
 using Schema = std::map<std::string, std::pair<std::string, std::string>>;
 
@@ -91,6 +97,7 @@ void replace(std::string& text, std::string_view what, std::string_view by) {
 // The statements that make the tables of a format. In format 1 ids were slots, and merged objects were rows like others.
 std::string tables_of(std::int64_t format) {
   std::string tables = kTables;
+  if (format > 3) tables += kTableOfLog;
   if (format > 2) tables += kTableOfSpace;
   if (format > 1) return tables + kTablesOfIds;
   replace(tables, "slot INTEGER NOT NULL, class_id", "merged_into INTEGER, class_id");
@@ -158,6 +165,7 @@ std::vector<std::string> lacks_of(std::int64_t format) {
     lacks.emplace_back("ids apart from slots (the slots are taken)");
   }
   if (format < 3) lacks.emplace_back("free space (what was seen to be empty is unknown)");
+  if (format < 4) lacks.emplace_back("the log of its frames (it cannot follow corrected poses)");
   return lacks;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "panoptic/map_file.h"
+#include "panoptic/mapfile/log_rows.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/space_rows.h"
 
@@ -26,8 +27,10 @@ struct BlockCopy {
 // The changes of a map since it was last saved.
 struct MapUpdate {
   std::uint64_t epoch = 0;
-  std::vector<BlockCopy> blocks;    // those that changed; blocks never vanish
-  SpaceUpdate space;                // chunks that changed; they never vanish either
+  bool anew = false;                // blocks and free space of before are gone; all that there are now are given
+  std::vector<BlockCopy> blocks;    // those that changed
+  SpaceUpdate space;                // chunks that changed
+  std::vector<LogRow> log;          // entries that changed
   ObjectRegistry objects{1};        // all of them
   std::vector<FrameRecord> frames;  // new ones
   MapNotes notes;                   // all of them

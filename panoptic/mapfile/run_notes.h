@@ -22,6 +22,7 @@ inline constexpr const char* kRecording = "recording";
 inline constexpr const char* kRecordings = "recordings";  // of a list
 inline constexpr const char* kCalibration = "calibration";
 inline constexpr const char* kPairTolerance = "pair_tolerance_s";
+inline constexpr const char* kPoseUpdates = "pose_updates";
 inline constexpr const char* kFrames = "frames_range";
 inline constexpr const char* kOptions = "options";
 inline constexpr const char* kPositions = "positions";
@@ -30,6 +31,7 @@ inline constexpr const char* kUp = "up";
 inline constexpr const char* kProgram = "program";
 inline constexpr const char* kOnline = "online";
 inline constexpr const char* kMerged = "merged";           // two maps as one (map_pairs.h)
+inline constexpr const char* kRebuilt = "rebuilt";         // with these corrected poses (rebuild_file.h)
 inline constexpr const char* kFromFormat = "from_format";  // saved anew from a file of an older format: that one's number
 }  // namespace run_note
 

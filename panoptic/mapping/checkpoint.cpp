@@ -30,6 +30,7 @@ std::map<std::string, std::string> texts_of(const RunIdentity& identity) {
       {run_note::kCalibration, identity.calibration},
       {run_note::kPairTolerance, identity.pair_tolerance_s ? fmt::format("{}", *identity.pair_tolerance_s) : ""},
       {run_note::kFrames, identity.frames},
+      {run_note::kPoseUpdates, identity.pose_updates},
       {run_note::kOptions, options_text(identity.options)}};
   if (!identity.recordings.empty()) texts[run_note::kRecordings] = identity.recordings;
   return texts;
@@ -55,6 +56,12 @@ std::pair<std::string, std::string> first_difference(std::string_view a, std::st
 void require_resumable(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity) {
   if (!note_or_empty(saved, run_note::kMerged).empty()) {
     throw Error(fmt::format("{} was merged from two maps: there is no run to go on with; choose another file", path.string()));
+  }
+  if (!note_or_empty(saved, run_note::kRebuilt).empty()) {
+    throw Error(
+        fmt::format("{} was rebuilt with corrected poses, and what the recording says next would not fit them; choose "
+                    "another file",
+                    path.string()));
   }
   const std::string older =
       saved.format != kMapFormat ? std::to_string(saved.format) : note_or_empty(saved, run_note::kFromFormat);
@@ -91,6 +98,8 @@ void require_same_run(const std::filesystem::path& path, const SavedMap& saved, 
 // A checkpoint that is being written.
 struct Checkpoints::Pending {
   MapUpdate update;
+  std::uint64_t log = 0;   // FrameLog::clock
+  std::uint64_t anew = 0;  // MapperParts::times_anew
   BrickPool pool;
   std::vector<std::unique_ptr<VoxelBlock>> blocks;  // in that pool
 };
@@ -163,10 +172,11 @@ void Checkpoints::resume(const RunIdentity& identity, Mapper& mapper) {
     throw Error(fmt::format("{} lacks frames; the file is damaged: use another copy", settings_.path.string()));
   }
   was_complete_ = is_complete(saved);
-  MapperState state = mapper_state(saved, resumed_frames_);
+  MapperState state = mapper_state(saved, resumed_frames_, load_log(settings_.path));
   writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
   saved_epoch_ = saved.map.voxels.epoch();
   mapper.parts().restore(std::move(saved.map), std::move(state));
+  saved_log_ = mapper.parts().log().clock();
 }
 
 Checkpoints::~Checkpoints() {
@@ -183,8 +193,14 @@ std::int64_t Checkpoints::note(FrameRecord record) {
 std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bool complete) {
   auto pending = std::make_unique<Pending>();
   const VoxelMap& map = mapper.map().voxels;
+  const MapperParts& parts = mapper.parts();
   pending->update.epoch = map.epoch();
-  for (const Slot slot : map.changed_since(saved_epoch_)) {
+  pending->log = parts.log().clock();
+  pending->anew = parts.times_anew();
+  pending->update.anew = pending->anew != saved_anew_;
+  pending->update.log = log_since(parts.log(), saved_log_);
+  const std::uint64_t since = pending->update.anew ? 0 : saved_epoch_;
+  for (const Slot slot : map.changed_since(since)) {
     pending->update.blocks.push_back({slot, map.index_of(slot), map.changed_at(slot), nullptr});
   }
   pending->blocks.resize(pending->update.blocks.size());
@@ -194,10 +210,10 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
     pending->blocks[i]->copy(map.block(block.slot));
     block.voxels = pending->blocks[i].get();
   });
-  pending->update.space = space_since(mapper.map().free_space, saved_epoch_);
+  pending->update.space = space_since(mapper.map().free_space, since);
   pending->update.objects = mapper.map().objects;
   pending->update.frames = std::exchange(frames_, {});
-  pending->update.notes = notes_of(mapper.parts().state());
+  pending->update.notes = notes_of(parts.state());
   pending->update.notes.texts.insert(identity_.begin(), identity_.end());
   pending->update.notes.texts[run_note::kUp] = up_text(mapper.up());
   pending->update.notes.texts[run_note::kPositions] = std::to_string(positions_);
@@ -213,6 +229,8 @@ void Checkpoints::collect() {
   try {
     if (is_writing()) writing_.get();
     saved_epoch_ = done->update.epoch;
+    saved_log_ = done->log;
+    saved_anew_ = done->anew;
   } catch (...) {
     frames_.insert(frames_.begin(), std::make_move_iterator(done->update.frames.begin()),
                    std::make_move_iterator(done->update.frames.end()));

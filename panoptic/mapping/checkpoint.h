@@ -31,7 +31,8 @@ struct RunIdentity {
   Options options;
   bool online = false;  // what was labelled depended on the machine: it can be kept, but not resumed
   std::optional<double> pair_tolerance_s = {};
-  std::string recordings = {};  // of a list: to_text below
+  std::string recordings = {};    // of a list: to_text below
+  std::string pose_updates = {};  // absolute path of the file of corrections; empty: none
 };
 
 // All that decides which frames come of the recordings of a list, one a line.
@@ -93,6 +94,8 @@ class Checkpoints {
   std::vector<FrameRecord> resumed_frames_;
   std::vector<FrameRecord> frames_;  // not in the file yet
   std::uint64_t saved_epoch_ = 0;    // what changed since is not in the file
+  std::uint64_t saved_log_ = 0;      // FrameLog::clock: what changed in the log since is not in the file
+  std::uint64_t saved_anew_ = 0;     // MapperParts::times_anew of the map in the file
   std::unique_ptr<Pending> pending_;
   std::future<void> writing_;
   Stopwatch since_last_;

@@ -17,6 +17,13 @@ void FrameStatistics::count_used(const TimedPose& pose) {
   ++used_;
 }
 
+void FrameStatistics::retrace(const std::vector<TimedPose>& poses) {
+  used_ = 0;
+  pose_every_ = 1;
+  trajectory_.clear();
+  for (const TimedPose& pose : poses) count_used(pose);
+}
+
 void FrameStatistics::count_skipped(const SkippedFrame& frame) {
   ++skipped_;
   ++by_reason_[frame.reason.substr(0, frame.reason.find(':'))];

@@ -23,6 +23,9 @@ Outcome Mapper::add_labels(const Frame& frame, const Segmentation& segmentation)
 void Mapper::skip(const SkippedFrame& frame) { parts_->skip(frame); }
 void Mapper::regularize() { parts_->regularize(); }
 void Mapper::finish() { parts_->finish(); }
+Correction Mapper::update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read) {
+  return parts_->update_poses(poses, read);
+}
 Mesh Mapper::mesh() { return parts_->mesh(); }
 const PanopticMap& Mapper::map() const { return parts_->map(); }
 const FrameStatistics& Mapper::frames() const { return parts_->frames(); }

@@ -16,9 +16,15 @@
 #include "panoptic/surface.h"
 
 namespace panoptic {
+namespace {
+
+constexpr std::size_t kMegabyte = 1'000'000;
+
+}  // namespace
 
 MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages replaced)
-    : map_(checked(options).map, std::move(labels)),
+    : options_(checked(options)),
+      map_(options.map, std::move(labels)),
       replaced_(std::move(replaced)),
       registration_(options.depth),
       tracker_(options.tracker, map_.labels),
@@ -30,7 +36,8 @@ MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages
       regularizes_(options.regularizer.enabled),
       tasks_{{"maintain", Counted::kLabelFrame, static_cast<std::uint64_t>(options.objects.every_frames), &MapperParts::maintain},
              {"regularize", Counted::kFrame, static_cast<std::uint64_t>(options.regularizer.every_frames),
-              &MapperParts::regularize_changes}} {
+              &MapperParts::regularize_changes}},
+      log_(options.map.log == "reference" ? static_cast<std::size_t>(options.map.log_limit_mb) * kMegabyte : 0) {
   if (!regularizes_) tasks_.pop_back();
   farthest_camera_m_ = double{map_.voxels.block_size_m()} * (kMaxBlockCoordinate - 2) - options.depth.max_m * 2.0;
 }
@@ -49,7 +56,7 @@ Outcome MapperParts::add(const Frame& frame, const Segmentation& segmentation) {
   if (replaced_.labelled) replaced_.labelled({frame, segmentation, *accepted.registered}, labels);
 
   count_frame(frame);
-  count_labels(segmentation);
+  count_labels(frame, segmentation);
   run_due_tasks(Counted::kLabelFrame);
   run_due_tasks(Counted::kFrame);
   return {};
@@ -82,7 +89,7 @@ Outcome MapperParts::add_labels(const Frame& frame, const Segmentation& segmenta
   timer.all_done("label fusion");
   if (replaced_.labelled) replaced_.labelled(to_label, labels);
 
-  count_labels(segmentation);
+  count_labels(frame, segmentation);
   run_due_tasks(Counted::kLabelFrame);
   return {};
 }
@@ -141,7 +148,7 @@ void MapperParts::see_space(const Frame& frame, const RegisteredFrame& registere
 void MapperParts::check_memory() const {
   constexpr std::size_t kStep = 10'000'000;
   const BlockPager* pager = map_.voxels.pager();
-  if (pager == nullptr || frames_.used() > 0) return;
+  if (pager == nullptr || frames_.used() > 0 || tasks_.empty()) return;  // no tasks: it is made anew beside an older map
   const std::size_t least = pager->least_limit_bytes();
   if (pager->limit_bytes() >= least) return;
   throw Error(fmt::format("map.memory_limit_mb = {}, but already the first frame takes more; set it to {} at least, or 0",
@@ -153,12 +160,23 @@ void MapperParts::count_frame(const Frame& frame) {
   up_sum_ -= frame.world_from_camera.linear().col(1);
   last_frame_ = frame.index;
   frames_.count_used({frame.time_s, frame.world_from_camera});
+  log_.add(frame);
 }
 
-void MapperParts::count_labels(const Segmentation& segmentation) {
+void MapperParts::count_labels(const Frame& frame, const Segmentation& segmentation) {
   ++label_frames_;
-  if (!segmentation.segment_at.empty()) ++labelled_;
   note_covisible();
+  if (segmentation.segment_at.empty()) return;
+  ++labelled_;
+  log_labels(frame, segmentation);
+}
+
+void MapperParts::log_labels(const Frame& frame, const Segmentation& segmentation) {
+  std::vector<PanopticId> ids = segment_ids();
+  for (std::size_t s = 0; s < ids.size(); ++s) {
+    if (association_.segment_ids[s] == LabelSlot::kNoVote) ids[s] = LoggedLabels::kNoPlace;
+  }
+  log_.set_labels(frame.index, segmentation, ids);
 }
 
 void MapperParts::note_covisible() {
@@ -209,6 +227,7 @@ void MapperParts::prune() {
 }
 
 void MapperParts::finish() {
+  finished_ = true;
   give_back_free_memory();
   timed("maintain", [&] { maintenance_.finish(map_, regularizer_.votes(), so_far()); });
   give_back_free_memory();

@@ -17,10 +17,12 @@
 #include "panoptic/fusion/label_tracker.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/fusion/space_observer.h"
+#include "panoptic/map/frame_log.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapper.h"
 #include "panoptic/meshing/mesher.h"
 #include "panoptic/objects/object_maintenance.h"
+#include "panoptic/pose_update.h"
 #include "panoptic/profile.h"
 
 namespace panoptic {
@@ -28,9 +30,10 @@ namespace panoptic {
 // The state of a mapper beside its map.
 struct MapperState : SavedState {
   FrameStatistics frames;
+  std::vector<FrameLog::Entry> log;
 };
-// The state that a map file tells: its notes and the frames that it lists. Throws Error if they are not of one map.
-MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& frames);
+// The state that a map file tells: its notes, the frames that it lists, and its log. Throws Error if they are not of one map.
+MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& frames, std::vector<FrameLog::Entry> log = {});
 
 // A frame seen from its depth camera, with the segments that were seen in it.
 struct FrameToLabel {
@@ -65,6 +68,12 @@ class MapperParts {
   void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
   void regularize();
   void finish();
+  Correction update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read);
+  // The same without the tasks that follow.
+  Correction fuse_anew(std::span<const PoseUpdate> poses, const ReadFrame& read);
+  // How often the map was made anew: blocks have other slots since the last time.
+  std::uint64_t times_anew() const { return times_anew_; }
+  const FrameLog& log() const { return log_; }
   Mesh mesh();
   // The same for whoever will hardly ask again: it keeps nothing to make the next time faster, if nothing was kept before.
   Mesh last_mesh();
@@ -132,7 +141,11 @@ class MapperParts {
   void see_space(const Frame& frame, const RegisteredFrame& registered);
   void check_memory() const;
   void count_frame(const Frame& frame);
-  void count_labels(const Segmentation& segmentation);
+  void count_labels(const Frame& frame, const Segmentation& segmentation);
+  void log_labels(const Frame& frame, const Segmentation& segmentation);
+  FrameLog corrected_log(std::span<const PoseUpdate> poses, Correction& correction) const;
+  void take_over(MapperParts& fresh, FrameLog log);
+  void retrace();
   void note_covisible();
   void run_due_tasks(Counted counted);
   // Does one piece of work and adds how long it took to the profile.
@@ -149,6 +162,7 @@ class MapperParts {
   std::optional<std::uint16_t> now_called(std::uint16_t label, PanopticId next_id) const;
   SoFar so_far() const { return {up(), last_frame_, labelled_}; }
 
+  Options options_;
   PanopticMap map_;
   ReplacedStages replaced_;
   Registration registration_;
@@ -164,6 +178,9 @@ class MapperParts {
   std::vector<LabelSlot> no_votes_;  // of a frame without labels
   Association association_;          // of the last frame with labels
   FrameStatistics frames_;
+  FrameLog log_;
+  bool finished_ = false;
+  std::uint64_t times_anew_ = 0;
   std::uint64_t label_frames_ = 0;
   std::uint64_t labelled_ = 0;
   Profile profile_;

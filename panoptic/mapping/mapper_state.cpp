@@ -6,8 +6,8 @@
 
 namespace panoptic {
 
-MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& frames) {
-  MapperState state{saved_state(saved), {}};
+MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& frames, std::vector<FrameLog::Entry> log) {
+  MapperState state{saved_state(saved), {}, std::move(log)};
   for (const FrameRecord& frame : frames) {
     if (frame.unused_because.empty()) {
       state.frames.count_used({frame.time_s, frame.world_from_camera.value_or(Pose::Identity())});
@@ -19,7 +19,9 @@ MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& 
 }
 
 MapperState MapperParts::state() const {
-  return {{maintenance_.covisibility(), regularizer_.state(), label_frames_, labelled_, up_sum_, last_frame_}, frames_};
+  return {{maintenance_.covisibility(), regularizer_.state(), label_frames_, labelled_, up_sum_, last_frame_},
+          frames_,
+          log_.entries()};
 }
 
 void MapperParts::restore(PanopticMap map, MapperState state) {
@@ -27,6 +29,8 @@ void MapperParts::restore(PanopticMap map, MapperState state) {
   maintenance_.restore(std::move(state.covisibility));
   regularizer_.restore(std::move(state.regularizer));
   frames_ = std::move(state.frames);
+  log_ = FrameLog(std::move(state.log), log_.limit_bytes());
+  if (log_.size() == frames_.used()) retrace();
   label_frames_ = state.label_frames;
   labelled_ = state.labelled;
   up_sum_ = state.up_sum;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "panoptic/frame_statistics.h"
+#include "panoptic/mapping/frame_finder.h"
 #include "panoptic/mapping/online_playback.h"
 #include "panoptic/mapping/run_recorder.h"
 #include "panoptic/profile.h"
@@ -31,6 +32,42 @@ Segmentation predict(const MappingRun& run, const Frame& frame) {
   return segmentation;
 }
 
+// Corrections of poses that come from outside, each at its moment.
+class PoseCorrector {
+ public:
+  PoseCorrector(const MappingRun& run, std::vector<Correction>& done)
+      : run_(run), left_(run.pose_updates), finder_(run.dataset), done_(done) {
+    if (run.checkpoints == nullptr) return;
+    // A map that is gone on with followed the corrections up to there.
+    finder_.note(run.checkpoints->resumed_frames(), run.range);
+    for (const FrameRecord& record : run.checkpoints->resumed_frames()) pass(record.frame);
+  }
+
+  // The run has come to this frame, whether or not it could be used.
+  void passed(std::int64_t frame, std::size_t position) {
+    finder_.note(frame, position);
+    while (!left_.empty() && left_.front().at_frame == frame) apply_next();
+  }
+  void apply_all() {
+    while (!left_.empty()) apply_next();
+  }
+
+ private:
+  void pass(std::int64_t frame) {
+    while (!left_.empty() && left_.front().at_frame == frame) left_ = left_.subspan(1);
+  }
+  void apply_next() {
+    const PoseUpdates& updates = left_.front();
+    left_ = left_.subspan(1);
+    done_.push_back(run_.mapper.update_poses(updates.poses, [&](std::int64_t frame) { return finder_.read(frame); }));
+  }
+
+  const MappingRun& run_;
+  std::span<const PoseUpdates> left_;
+  FrameFinder finder_;
+  std::vector<Correction>& done_;
+};
+
 void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
   const auto frame = std::make_shared<const Frame>(publisher != nullptr ? kept(std::move(read)) : std::move(read));
   const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
@@ -40,7 +77,9 @@ void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPub
 }
 
 // Returns why it ended before the range did; empty if it did not.
-std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
+std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher,
+                       std::vector<Correction>& corrections) {
+  PoseCorrector corrector(run, corrections);
   std::size_t done = run.checkpoints != nullptr ? run.checkpoints->positions() : 0;
   FrameStream stream(run.dataset, rest_of(run.range, done));
   for (;; ++done) {
@@ -48,16 +87,20 @@ std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublish
     if (!run.go_on(done)) return kInterrupted;
     const Stopwatch waiting;
     std::optional<ReadResult> read = stream.next();
-    if (!read) return "";
+    if (!read) break;
     run.mapper.profile().add("read", waiting.seconds());
+    const std::int64_t frame = read->frame ? read->frame->index : read->skipped.index;
     if (read->frame) {
       map_frame(std::move(*read->frame), run, recorder, publisher);
     } else {
       run.mapper.skip(read->skipped);
       recorder.not_given({.frame = read->skipped.index, .unused_because = read->skipped.reason});
     }
+    corrector.passed(frame, run.range.begin + done * run.range.step);
     recorder.save_if_due(run.mapper);
   }
+  corrector.apply_all();
+  return "";
 }
 
 // The end of the mapping. An interrupted map stays in its file as it was between two frames, because it can be resumed.
@@ -93,8 +136,9 @@ MappingResult map_offline(const MappingRun& run, LoopPublisher* publisher) {
   RunRecorder recorder(run.checkpoints);
   if (run.checkpoints != nullptr && run.checkpoints->was_complete()) return result_of(run, recorder);
   std::string stopped_by;
+  std::vector<Correction> corrections;
   std::string failure = failure_of([&] {
-    stopped_by = map_frames(run, recorder, publisher);
+    stopped_by = map_frames(run, recorder, publisher, corrections);
     finish(run, stopped_by.empty());
   });
   if (!failure.empty()) stopped_by = failure;
@@ -105,6 +149,7 @@ MappingResult map_offline(const MappingRun& run, LoopPublisher* publisher) {
   MappingResult result = result_of(run, recorder);
   result.stopped_by = std::move(stopped_by);
   result.failure = std::move(failure);
+  result.corrections = std::move(corrections);
   return result;
 }
 

@@ -8,12 +8,15 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/publisher_loop.h"
 #include "panoptic/online.h"
+#include "panoptic/pose_update.h"
 #include "panoptic/predictor.h"
 #include "panoptic/source.h"
 
@@ -27,6 +30,8 @@ struct MappingRun {
   Predictor* predictor = nullptr;  // nullptr: geometry and colour alone
   Mapper& mapper;
   Checkpoints* checkpoints = nullptr;  // of the map file; nullptr: none is kept
+  // Applied after their frames, in their order, and what is left before the end; not online.
+  std::span<const PoseUpdates> pose_updates = {};
   // Called with the number of positions done, before each; false: the run is to end there.
   std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };
 };
@@ -39,6 +44,7 @@ struct MappingResult {
   std::optional<std::int64_t> first_used;  // frame numbers, those before a resumed run included
   std::optional<std::int64_t> last_used;
   std::optional<OnlineReport> online;
+  std::vector<Correction> corrections;  // in their order
 };
 
 // Frame after frame to the end of the range, then Mapper::finish. A resumed run goes on where its map file is. `publisher`: for

@@ -91,6 +91,14 @@ Json to_json(const OnlineReport& o) {
           {"latency", to_json(o.latency)}};
 }
 
+Json to_json(const Correction& c) {
+  Json json = {{"frames", c.frames},   {"blocks_refused", c.blocks_refused},
+               {"blocks", c.blocks},   {"ms", c.ms},
+               {"wait_ms", c.wait_ms}, {"pause_ms", c.ms}};  // mapping waits as long as a correction takes
+  if (c.unknown > 0) json["unknown"] = {{"frames", c.unknown}, {"first", c.first_unknown}};
+  return json;
+}
+
 Json to_json(const RunRecording& r) {
   const auto path = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r.world_from_recording.linear();
@@ -252,6 +260,7 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
   report["wall_s"] = run.wall_s;
   report["frames_per_s"] = run.wall_s > 0 ? static_cast<double>(mapper.frames().used()) / run.wall_s : 0;
   if (run.online) report["online"] = to_json(*run.online);
+  for (const Correction& correction : run.corrections) report["corrections"].push_back(to_json(correction));
   report["stages"] = to_json(mapper.profile());
   report["peak_rss_mb"] = peak_rss_mb();
   add_map(mapper.map().voxels, report);

@@ -31,6 +31,7 @@ std::vector<FrameRecord> frames_of(const Mapper& mapper) {
 void save_map(const std::filesystem::path& path, const Mapper& mapper, const Options& options) {
   MapUpdate update = whole_map(mapper.map());
   update.frames = frames_of(mapper);
+  update.log = log_since(mapper.parts().log(), 0);
   update.notes = notes_of(mapper.parts().state());
   update.notes.texts[run_note::kOptions] = options_text(options);
   update.notes.texts[run_note::kProgram] = fmt::format("panoptic {}", version());

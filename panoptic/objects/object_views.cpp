@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "panoptic/base/value_runs.h"
 #include "panoptic/error.h"
 #include "panoptic/parallel.h"
 
@@ -19,21 +19,6 @@ namespace {
 constexpr PixelBox kNothingYet = {std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), 0, 0};
 
 constexpr std::size_t kBands = 8;  // of rows
-
-// The end of the run of equal values that begins at `begin`, four values at a time where there are as many.
-int end_of_run(const std::uint16_t* row, int begin, int width) {
-  constexpr int kAtOnce = sizeof(std::uint64_t) / sizeof(std::uint16_t);
-  int end = begin + 1;
-  for (; end + kAtOnce <= width; end += kAtOnce) {
-    std::uint64_t values = 0;
-    std::uint64_t before = 0;
-    std::memcpy(&values, row + end, sizeof values);
-    std::memcpy(&before, row + end - 1, sizeof before);
-    if (values != before) break;
-  }
-  while (end < width && row[end] == row[begin]) ++end;
-  return end;
-}
 
 PixelBox around(const PixelBox& a, const PixelBox& b) {
   return {std::min(a.u0, b.u0), std::min(a.v0, b.v0), std::max(a.u1, b.u1), std::max(a.v1, b.v1)};

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapfile/log_rows.h"
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/query.h"
 
@@ -79,12 +80,14 @@ TEST(MapFormat, TwoStillLoads) {
   EXPECT_EQ(votes, (16582U - 24 * 2) / 14);
 }
 
-// A map in today's format: two blocks, a chair, and free space with doubts.
+// Two blocks, a chair, and free space with doubts.
 TEST(MapFormat, ThreeStillLoads) {
   const std::filesystem::path path = test::source_folder() / "tests/golden/format_3.panoptic";
   const SavedMap saved = load_map(path);
   EXPECT_EQ(saved.format, 3);
-  EXPECT_EQ(note_of_format(saved, path), "") << "nothing is missing";
+  EXPECT_THAT(note_of_format(saved, path), testing::AllOf(HasSubstr("has format 3, which lacks the log of its frames"),
+                                                          testing::Not(HasSubstr("free space"))));
+  EXPECT_TRUE(load_log(path).empty());
   EXPECT_EQ(fmt::format("{:016x}", saved.map.voxels.hash()), "1534b667120d56b2");
   EXPECT_EQ(saved.map.objects.count(), 1U);
   const FreeSpaceMap& space = saved.map.free_space;
@@ -94,6 +97,26 @@ TEST(MapFormat, ThreeStillLoads) {
   EXPECT_EQ(space.last_view()->time, 5005U);
   EXPECT_EQ(space.record(cell_of(BlockIndex{1, -1, 1}, 0)), (CellRecord{6, 5004, std::nullopt}));
   EXPECT_EQ(space.at(cell_of(BlockIndex{1, -1, 2}, 20)), Space::kOccupied);
+}
+
+// A map in today's format: of six frames of a simulated home, with their log.
+TEST(MapFormat, FourStillLoads) {
+  const std::filesystem::path path = test::source_folder() / "tests/golden/format_4.panoptic";
+  const SavedMap saved = load_map(path);
+  EXPECT_EQ(saved.format, 4);
+  EXPECT_EQ(note_of_format(saved, path), "") << "nothing is missing";
+  EXPECT_EQ(fmt::format("{:016x}", saved.map.voxels.hash()), "b2bea32721726a0e");
+  const FrameLog log(load_log(path), 0);
+  ASSERT_EQ(log.size(), 6U);
+  const std::vector<FrameRecord> frames = load_frames(path);
+  for (std::size_t n = 0; n < log.size(); ++n) {
+    EXPECT_EQ(log.entries()[n].frame, static_cast<std::int64_t>(n));
+    EXPECT_TRUE(log.entries()[n].world_from_camera.isApprox(*frames[n].world_from_camera, 1e-12));
+    const auto labels = log.labels(n);
+    ASSERT_TRUE(labels.has_value());
+    EXPECT_TRUE(labels->segmentation.segment_at.same_size(640, 480));
+  }
+  EXPECT_EQ(log.labels(0)->ids.size(), 10U);
 }
 
 class Query : public testing::Test {

@@ -119,7 +119,7 @@ TEST_F(RunList, AnInterruptedRunGoesOnInTheMiddleOfTheSecondRecording) {
     identity.recordings = to_text(recordings_of(*dataset));
     Checkpoints checkpoints({.path = map, .resume = true, .every_s = 1e9}, identity, mapper);
     const MappingResult result =
-        map_offline({*dataset, {}, predictor.get(), mapper, &checkpoints, [&](std::size_t done) { return done < end; }});
+        map_offline({*dataset, {}, predictor.get(), mapper, &checkpoints, {}, [&](std::size_t done) { return done < end; }});
     EXPECT_EQ(result.failure, "");
     return std::pair(checkpoints.positions(), mapper.map().voxels.hash());
   };

@@ -20,7 +20,9 @@ using test::SeeingMap;
 // A frame of a room with a ball; a patch and single pixels have no reading.
 Frame spotted_frame(std::mt19937& random) {
   const auto between = [&](double low, double high) { return low + (high - low) * static_cast<double>(random() % 1000) / 1000; };
-  const Vec3d eye(between(-1.5, 1.5), between(-0.8, 0.8), between(-2, 0));
+  const double z = between(-2, 0);  // one after the other: arguments have no order
+  const double y = between(-0.8, 0.8);
+  const Vec3d eye(between(-1.5, 1.5), y, z);
   Frame frame = test::render(room({test::sphere({0.3, 0.4, 1}, 0.4)}), test::space_camera(),
                              test::look_at(eye, {between(-1, 1), between(-1, 1), 2}));
   Image<float> depth(frame.depth.width(), frame.depth.height());

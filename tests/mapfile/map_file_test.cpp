@@ -151,7 +151,8 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
   std::uint64_t seen = 0;
   std::mt19937 random(9);
   for (int round = 0; round < 5; ++round) {
-    MapUpdate update{world.map.voxels.epoch(), {}, space_since(world.map.free_space, seen), world.map.objects, {}, {}};
+    MapUpdate update{
+        .epoch = world.map.voxels.epoch(), .space = space_since(world.map.free_space, seen), .objects = world.map.objects};
     for (const Slot slot : world.map.voxels.changed_since(seen)) {
       update.blocks.push_back(
           {slot, world.map.voxels.index_of(slot), world.map.voxels.changed_at(slot), &world.map.voxels.block(slot)});

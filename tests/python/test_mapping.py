@@ -97,6 +97,46 @@ class SameMap(unittest.TestCase):
         self.assertEqual(len(loaded.frames), mapped().frames["used"])
 
 
+class CorrectedPoses(unittest.TestCase):
+    def drifting(self, **map_options):
+        """A mapper of the home whose tracker drifts by 4 cm a frame, and the true poses."""
+        mapper = pf.Mapper(pf.Options(map=COARSE["map"] | map_options), labels=mapped().labels)
+        true_poses = {}
+        for n, frame in enumerate(pf.open_dataset(home())):
+            true_poses[frame.index] = frame.pose
+            pose = frame.pose.copy()
+            pose[0, 3] += 0.04 * n
+            mapper.add(depth=frame.depth, color=frame.color, K=frame.depth_camera, color_K=frame.color_camera, pose=pose,
+                       color_from_depth=frame.color_from_depth, index=frame.index, time_s=frame.time_s)
+        return mapper, true_poses
+
+    def test_the_map_is_that_of_the_corrected_poses(self):
+        mapper, true_poses = self.drifting(log="reference")
+        frames = {frame.index: frame for frame in pf.open_dataset(home())}
+        wrong = mapper.map_hash()
+        done = mapper.update_poses(true_poses | {10_000: np.eye(4)}, frames.__getitem__)
+        self.assertEqual((done["frames"], done["unknown"]), (len(frames) - 1, 1))
+        right = pf.Mapper(pf.Options(**COARSE), labels=mapped().labels)
+        for frame in frames.values():
+            right.add(frame)
+        self.assertNotEqual(right.map_hash(), wrong)
+        self.assertEqual(mapper.map_hash(), right.map_hash())
+        np.testing.assert_allclose(mapper.trajectory()[1][-1], frame.pose)
+
+    def test_what_cannot_be_done_leaves_the_map_as_it_was(self):
+        mapper, true_poses = self.drifting(log="reference")
+        before = mapper.map_hash()
+        with self.assertRaisesRegex(pf.Error, "cannot be read again: KeyError"):
+            mapper.update_poses(true_poses, {}.__getitem__)
+        with self.assertRaisesRegex(pf.Error, "must return a Frame"):
+            mapper.update_poses(true_poses, lambda index: None)
+        with self.assertRaisesRegex(pf.Error, "pose"):
+            mapper.update_poses({0: np.full((4, 4), np.nan)}, {}.__getitem__)
+        self.assertEqual(mapper.map_hash(), before)
+        with self.assertRaisesRegex(pf.Error, "map.log = auto"):
+            self.drifting()[0].update_poses(true_poses, {}.__getitem__)
+
+
 class Views(unittest.TestCase):
     def test_a_mesh_is_seen_not_copied(self):
         mesh = mapped().mesh()

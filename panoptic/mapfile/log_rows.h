@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The log of frames in a map file: a row per used frame. docs/map_format.md has the layout.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "panoptic/map/frame_log.h"
+#include "panoptic/mapfile/sqlite.h"
+
+namespace panoptic {
+
+// An entry of the log, and which one it is.
+struct LogRow {
+  std::size_t number = 0;
+  FrameLog::Entry entry;
+};
+
+// The entries that changed after FrameLog::clock had that value.
+std::vector<LogRow> log_since(const FrameLog& log, std::uint64_t clock);
+
+void put_log(const Database& database, const std::vector<LogRow>& rows);
+
+// The whole log of a map file, empty if its format has none. Throws Error: no sound map, or rows that are damaged or absent.
+std::vector<FrameLog::Entry> load_log(const std::filesystem::path& path);
+
+}  // namespace panoptic

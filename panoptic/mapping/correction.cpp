@@ -1,0 +1,272 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The map follows corrected poses: it is fused anew from the log. The new map grows beside the old one, which stays as it is if
+// anything fails.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <future>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "panoptic/base/memory.h"
+#include "panoptic/error.h"
+#include "panoptic/fusion/reference_labels.h"
+#include "panoptic/mapping/mapper_parts.h"
+
+namespace panoptic {
+namespace {
+
+constexpr double kArm_m = 2;  // see map.pose_tolerance_m
+
+// How far a point before the camera moves, or farther.
+double shift_m(const Pose& before, const Pose& after) {
+  const Pose step = before.inverse() * after;
+  return step.translation().norm() + kArm_m * Eigen::AngleAxisd(step.linear()).angle();
+}
+
+// A registry without objects that goes on where another one is.
+ObjectRegistry emptied(const ObjectRegistry& now) {
+  RegistryState state;
+  state.merged = now.merged();
+  state.next_id = now.next_id();
+  state.refused = now.refused();
+  return {now.first_thing(), std::move(state)};
+}
+
+// Which objects of a log were seen side by side, and how often.
+class SeenTogether {
+ public:
+  SeenTogether(const FrameLog& log, const ObjectRegistry& objects) {
+    for (std::size_t n = 0; n < log.size(); ++n) {
+      const auto labels = log.labels(n, LoggedPixels::kLeftOut);
+      if (!labels) continue;
+      std::set<PanopticId> seen;
+      for (const PanopticId id : labels->ids) {
+        if (number(id) >= objects.first_thing() && id != LoggedLabels::kNoPlace) seen.insert(objects.survivor(id));
+      }
+      for (const PanopticId a : seen) {
+        for (const PanopticId b : seen) ++frames_[a][b];
+      }
+    }
+  }
+
+  // In more than that share of the frames of the one that was seen less.
+  bool more_than(double share, PanopticId a, PanopticId b) const {
+    const std::uint64_t together = count(a, b);
+    return static_cast<double>(together) > share * static_cast<double>(std::min(count(a, a), count(b, b)));
+  }
+  void merge(PanopticId from, PanopticId into) {
+    for (const auto& [other, frames] : frames_[from]) {
+      frames_[into][other == from ? into : other] += frames;
+      if (other != from) frames_[other][into] += frames;
+    }
+  }
+
+ private:
+  std::uint64_t count(PanopticId a, PanopticId b) const {
+    const auto of = frames_.find(a);
+    if (of == frames_.end()) return 0;
+    const auto at = of->second.find(b);
+    return at == of->second.end() ? 0 : at->second;
+  }
+
+  std::map<PanopticId, std::map<PanopticId, std::uint64_t>> frames_;
+};
+
+// Gives segments the objects that the log names, in place of Eq. 3-5. Where one comes up for the first time, Eq. 4 is asked once
+// more: with wrong poses it may have been taken for a new one, and is an object that the map has. Such two were hardly ever seen
+// side by side.
+class LoggedAssociation {
+ public:
+  LoggedAssociation(const Options& options, const FrameLog& log, const PanopticMap& before)
+      : before_(before.objects),
+        together_(log, before.objects),
+        apart_share_(double{options.objects.together_share}),
+        tracker_(options.tracker, before.labels) {}
+
+  void set_ids(std::vector<PanopticId> ids) { ids_ = std::move(ids); }
+
+  Association associate(const FrameToLabel& to_label, PanopticMap& map) {
+    const auto& [frame, segmentation, registered] = to_label;
+    const std::vector<Segment>& segments = segmentation.segments;
+    reference_labels(map.voxels, frame, registered, reference_);  // Eq. 2
+    tracker_.compare(registered, segments.size(), reference_);
+    std::vector<LabelSlot> slots;
+    for (const PanopticId id : ids_) {
+      slots.push_back(known_slot(id, map));
+      if (slots.back() != LabelSlot::kNoVote) tracker_.take(slots.back());
+    }
+    for (const std::size_t s : tracker_.by_area()) {
+      if (slots[s] == LabelSlot::kNoVote && ids_[s] != LoggedLabels::kNoPlace) slots[s] = first_seen(s, frame.index, map.objects);
+      if (map.objects.find(slots[s]) != nullptr) map.objects.observe(slots[s], segments[s], frame.index);
+    }
+    const auto& labels = tracker_.label(registered, segments, slots, map.objects);
+    return {labels, tracker_.segment_ids(), tracker_.segment_areas_px()};
+  }
+
+ private:
+  // kNoVote: there was no place for it, or it was not seen before.
+  static LabelSlot known_slot(PanopticId id, const PanopticMap& map) {
+    if (number(id) < map.labels.first_thing()) return static_cast<LabelSlot>(number(id));
+    const Object* object = id == LoggedLabels::kNoPlace ? nullptr : map.objects.find(map.objects.survivor(id));
+    return object == nullptr ? LabelSlot::kNoVote : object->slot;
+  }
+
+  LabelSlot first_seen(std::size_t segment, std::int64_t frame, ObjectRegistry& objects) {
+    const PanopticId id = objects.survivor(ids_[segment]);
+    if (const Object* object = objects.find(id)) return object->slot;  // a larger segment of this frame is of it, too
+    const LabelSlot match = tracker_.best_match(segment);
+    const Object* known = objects.find(match);
+    if (known != nullptr && !together_.more_than(apart_share_, id, known->id)) {
+      tracker_.take(match);
+      together_.merge(id, known->id);
+      objects.merge_absent(id, match, frame);
+      return match;
+    }
+    const Object* was = before_.find(id);
+    return objects.recreate(id, frame, was == nullptr ? PartHistory() : was->parts).value_or(LabelSlot::kNoVote);
+  }
+
+  const ObjectRegistry& before_;
+  SeenTogether together_;
+  double apart_share_;
+  LabelTracker tracker_;
+  std::vector<PanopticId> ids_;
+  std::vector<LabelSlot> reference_;
+};
+
+// The frames of a log, read one ahead.
+class LoggedFrames {
+ public:
+  LoggedFrames(const FrameLog& log, const ReadFrame& read) : log_(log), read_(read) { begin(); }
+
+  // The next one, with the pose of the log. REQUIRES that there is one.
+  Frame next() {
+    const FrameLog::Entry& entry = log_.entries()[next_++];
+    ReadResult result = ahead_.get();
+    begin();
+    if (!result.frame) throw Error(fmt::format("frame {} cannot be read again: {}", entry.frame, result.skipped.reason));
+    result.frame->index = entry.frame;
+    result.frame->world_from_camera = entry.world_from_camera;
+    return std::move(*result.frame);
+  }
+
+ private:
+  void begin() {
+    if (next_ == log_.size()) return;
+    ahead_ = std::async(std::launch::async, [this, frame = log_.entries()[next_].frame] { return read_(frame); });
+  }
+
+  const FrameLog& log_;
+  const ReadFrame& read_;
+  std::size_t next_ = 0;
+  std::future<ReadResult> ahead_;
+};
+
+}  // namespace
+
+// Throws Error: poses that are none, or a log that does not tell of every frame.
+FrameLog MapperParts::corrected_log(std::span<const PoseUpdate> poses, Correction& correction) const {
+  if (options_.map.log != "reference") {
+    throw Error(fmt::format("the map cannot follow corrected poses: it was made with map.log = {}", options_.map.log));
+  }
+  if (log_.size() != frames_.used()) {
+    throw Error(
+        fmt::format("the map cannot follow corrected poses: its log tells of {} of the {} frames used; raise "
+                    "map.log_limit_mb ({})",
+                    log_.size(), frames_.used(), options_.map.log_limit_mb));
+  }
+  if (log_.has_doubles()) throw Error("the map cannot follow corrected poses: two of its frames have the same number");
+  FrameLog log = log_;
+  for (const PoseUpdate& update : poses) {
+    if (!is_finite(update.world_from_camera) || !is_rigid(update.world_from_camera)) {
+      throw Error(fmt::format("the corrected pose of frame {} is no rigid motion", update.frame));
+    }
+    const auto n = log.find(update.frame);
+    if (!n && correction.unknown++ == 0) correction.first_unknown = update.frame;
+    if (n) log.set_pose(*n, update.world_from_camera);
+  }
+  for (std::size_t n = 0; n < log.size(); ++n) {
+    const Pose& before = log_.entries()[n].world_from_camera;
+    const Pose& after = log.entries()[n].world_from_camera;
+    if (before.matrix() == after.matrix()) continue;
+    if (shift_m(before, after) > double{options_.map.pose_tolerance_m}) {
+      ++correction.frames;
+    } else {
+      log.set_pose(n, before);
+    }
+  }
+  return log;
+}
+
+Correction MapperParts::fuse_anew(std::span<const PoseUpdate> poses, const ReadFrame& read) {
+  const Stopwatch stopwatch;
+  Correction correction;
+  FrameLog log = corrected_log(poses, correction);
+  correction.blocks = map_.voxels.block_count();
+  if (correction.frames == 0) return correction;
+  LoggedAssociation logged(options_, log, map_);
+  MapperParts fresh(options_, map_.labels,
+                    {.associate = [&](const FrameToLabel& to_label, PanopticMap& map) { return logged.associate(to_label, map); },
+                     .labelled = {}});
+  fresh.tasks_.clear();
+  fresh.log_ = FrameLog();
+  fresh.map_.objects = emptied(map_.objects);
+  fresh.map_.voxels.restore_epochs(map_.voxels.epoch(), {});  // so that all of it has changed for whoever looks
+  LoggedFrames frames(log, read);
+  for (std::size_t n = 0; n < log.size(); ++n) {
+    const Stopwatch waiting;
+    const Frame frame = frames.next();
+    correction.wait_ms += 1000 * waiting.seconds();
+    std::optional<LoggedLabels> labels = log.labels(n);
+    if (labels) logged.set_ids(std::move(labels->ids));
+    const Outcome outcome = labels ? fresh.add(frame, labels->segmentation) : fresh.add_geometry(frame);
+    if (!outcome.used) throw Error(fmt::format("frame {} cannot be fused again: {}", frame.index, outcome.reason));
+  }
+  take_over(fresh, std::move(log));
+  correction.blocks = map_.voxels.block_count();
+  correction.blocks_refused = correction.blocks;
+  correction.ms = 1000 * stopwatch.seconds();
+  return correction;
+}
+
+void MapperParts::take_over(MapperParts& fresh, FrameLog log) {
+  map_ = std::move(fresh.map_);
+  maintenance_ = std::move(fresh.maintenance_);
+  regularizer_ = std::move(fresh.regularizer_);
+  mesher_ = Mesher(options_.mesher);
+  association_ = {};
+  up_sum_ = fresh.up_sum_;
+  log_ = std::move(log);
+  retrace();
+  ++times_anew_;
+  give_back_free_memory();
+}
+
+// Poses of the log are exact, and as they are now.
+void MapperParts::retrace() {
+  std::vector<TimedPose> trajectory;
+  for (const FrameLog::Entry& entry : log_.entries()) trajectory.push_back({entry.time_s, entry.world_from_camera});
+  frames_.retrace(trajectory);
+}
+
+Correction MapperParts::update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read) {
+  const Stopwatch stopwatch;
+  Correction correction = fuse_anew(poses, read);
+  if (correction.frames > 0) {
+    if (finished_) {
+      finish();
+    } else {
+      timed("maintain", [&] { maintain(); });
+      regularize();
+    }
+  }
+  correction.ms = 1000 * stopwatch.seconds();
+  profile_.add("correct", stopwatch.seconds());
+  return correction;
+}
+
+}  // namespace panoptic

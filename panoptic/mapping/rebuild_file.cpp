@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/mapping/rebuild_file.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <utility>
+#include <vector>
+
+#include "panoptic/base/files.h"
+#include "panoptic/error.h"
+#include "panoptic/map_file.h"
+#include "panoptic/mapfile/map_writer.h"
+#include "panoptic/mapfile/run_notes.h"
+#include "panoptic/mapping/checkpoint.h"
+#include "panoptic/mapping/frame_finder.h"
+#include "panoptic/mapping/mapper_parts.h"
+#include "panoptic/run_outputs.h"
+
+namespace panoptic {
+namespace {
+
+// The records of the map's frames, those that were used with the poses that they have now.
+std::vector<FrameRecord> corrected(std::vector<FrameRecord> records, const FrameLog& log) {
+  for (FrameRecord& record : records) {
+    const auto n = record.unused_because.empty() ? log.find(record.frame) : std::nullopt;
+    if (n) record.world_from_camera = log.entries()[*n].world_from_camera;
+  }
+  return records;
+}
+
+// Of all frames: a trajectory has poses of some that could not be used, too.
+std::vector<FrameTime> times_of(const std::vector<FrameRecord>& records) {
+  std::vector<FrameTime> times;
+  for (const FrameRecord& record : records) times.push_back({record.frame, record.time_s});
+  return times;
+}
+
+void require_log(const std::filesystem::path& map, const SavedMap& saved, const std::vector<FrameLog::Entry>& log) {
+  if (!note_of_format(saved, map).empty()) throw Error(note_of_format(saved, map) + "; map the recording anew");
+  if (!log.empty()) return;
+  throw Error(
+      fmt::format("{} has no log of its frames: it was merged from others, or made without (map.log); map the recording "
+                  "anew, with map.log = reference",
+                  map.string()));
+}
+
+}  // namespace
+
+MappedRecording mapped_recording(const std::filesystem::path& map) {
+  const SavedMap saved = load_map(map);
+  MappedRecording mapped{note_or_empty(saved, run_note::kRecording), note_or_empty(saved, run_note::kCalibration), {}};
+  if (mapped.recording.empty()) throw Error(fmt::format("{} does not say of which recording it was made", map.string()));
+  const std::string tolerance = note_or_empty(saved, run_note::kPairTolerance);
+  double value = 0;
+  const auto [end, error] = std::from_chars(tolerance.data(), tolerance.data() + tolerance.size(), value);
+  if (error == std::errc() && end == tolerance.data() + tolerance.size()) mapped.pair_tolerance_s = value;
+  return mapped;
+}
+
+RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset& recording,
+                             const std::filesystem::path& output) {
+  if (is_there(output)) throw Error(fmt::format("{} is there already: choose another name or remove it", output.string()));
+  SavedMap saved = load_map(map);
+  std::vector<FrameRecord> records = load_frames(map);
+  std::vector<FrameLog::Entry> log = load_log(map);
+  require_log(map, saved, log);
+  const CorrectedPoses updates = read_corrected_poses(poses, times_of(records));
+
+  FrameFinder finder(recording);
+  const std::string range = note_or_empty(saved, run_note::kFrames);
+  finder.note(records, range.empty() ? FrameRange{} : parse_frame_range(range));
+  MapperState state = mapper_state(saved, records, std::move(log));
+  Mapper mapper(options_of(saved), saved.map.labels);
+  const bool complete = is_complete(saved);
+  const MapHeader header = saved.header();
+  mapper.parts().restore(std::move(saved.map), std::move(state));
+  RebuiltFile rebuilt;
+  rebuilt.correction = mapper.parts().fuse_anew(updates.poses, [&](std::int64_t frame) { return finder.read(frame); });
+  if (rebuilt.correction.frames > 0 && complete) mapper.finish();
+  rebuilt.used = mapper.frames().used();
+  rebuilt.given = updates.poses.size() - rebuilt.correction.unknown;
+  rebuilt.left_over = updates.left_over + rebuilt.correction.unknown;
+  rebuilt.objects = mapper.map().objects.count();
+
+  MapUpdate update = whole_map(mapper.map());
+  update.frames = corrected(std::move(records), mapper.parts().log());
+  update.log = log_since(mapper.parts().log(), 0);
+  update.notes = notes_of(mapper.parts().state());
+  for (const auto& [name, text] : saved.notes.texts) update.notes.texts.emplace(name, text);
+  update.notes.texts[run_note::kUp] = up_text(mapper.up());
+  update.notes.texts[run_note::kRebuilt] = std::filesystem::absolute(poses).lexically_normal().string();
+  save_map(output, header, update);
+  return rebuilt;
+}
+
+}  // namespace panoptic

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A map file made anew with corrected poses.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "panoptic/pose_update.h"
+#include "panoptic/source.h"
+
+namespace panoptic {
+
+// What the notes of a map file say of the recording that it was made of.
+struct MappedRecording {
+  std::string recording;    // what open_dataset takes
+  std::string calibration;  // empty: none
+  std::optional<double> pair_tolerance_s;
+};
+// Throws Error: no sound map, or one that was not made by a run.
+MappedRecording mapped_recording(const std::filesystem::path& map);
+
+struct RebuiltFile {
+  Correction correction;
+  std::size_t used = 0;       // frames of the map
+  std::size_t given = 0;      // of those, frames that a pose was given for
+  std::size_t left_over = 0;  // poses of the file that are of no frame of the map
+  std::size_t objects = 0;
+};
+
+// Makes the map anew with the poses of a file (read_corrected_poses), and saves it as another map file, which must not exist. Of
+// a complete map the last tasks are done again. `recording` is the one that the map was made of. Throws Error; then there is no
+// new file.
+RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset& recording,
+                             const std::filesystem::path& output);
+
+}  // namespace panoptic
