@@ -8,7 +8,7 @@
 namespace panoptic::fuzz {
 namespace {
 
-// What can be read can be written, and is read again.
+// Labels that can be read can be written, and are read again.
 void labels(Input bytes) {
   constexpr std::size_t kMostBytes = 900;  // a row of 16384 pixels takes a byte at least
   if (bytes.size() > kMostBytes) return;

@@ -24,7 +24,7 @@ struct PoseUpdate {
 // Reads a frame of the recording once more, by its number. Its pose does not matter. One call at a time, from any thread.
 using ReadFrame = std::function<ReadResult(std::int64_t frame)>;
 
-// What a correction of poses came to.
+// The outcome of a correction of poses.
 struct Correction {
   std::size_t frames = 0;          // whose pose changed by more than map.pose_tolerance_m
   std::size_t unknown = 0;         // updates of frames that are not in the map; nothing comes of them

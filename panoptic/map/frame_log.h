@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a map needs to be made anew when poses change: of every used frame its pose and its segments, each with the object that it
-// was given. Depth and colour stay in the recording. A frame takes some kilobytes, mostly for the outlines of its segments.
+// The log from which a map can be made anew when poses change: of every used frame its pose and its segments, each with the
+// object that it was given. Depth and colour stay in the recording. A frame takes some kilobytes, mostly for the outlines of its
+// segments.
 #pragma once
 
 #include <cstddef>

@@ -30,7 +30,7 @@ std::vector<FrameRecord> corrected(std::vector<FrameRecord> records, const Frame
   return records;
 }
 
-// Of all frames: a trajectory has poses of some that could not be used, too.
+// A trajectory has poses of frames that could not be used, too: these are the times of all.
 std::vector<FrameTime> times_of(const std::vector<FrameRecord>& records) {
   std::vector<FrameTime> times;
   for (const FrameRecord& record : records) times.push_back({record.frame, record.time_s});

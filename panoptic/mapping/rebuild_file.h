@@ -14,7 +14,7 @@
 
 namespace panoptic {
 
-// What the notes of a map file say of the recording that it was made of.
+// The recording that a map file was made of, as its notes say.
 struct MappedRecording {
   std::string recording;    // what open_dataset takes
   std::string calibration;  // empty: none

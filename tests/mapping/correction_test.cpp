@@ -1,113 +1,27 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
 
-#include "panoptic/base/files.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/fusion/reference_labels.h"
-#include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/mapper_parts.h"
-#include "panoptic/mapping/rebuild_file.h"
 #include "panoptic/parallel.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
-#include "tests/fusion/scenes.h"
-#include "tests/places.h"
+#include "tests/mapping/drifting.h"
 
 namespace panoptic {
 namespace {
 
+using namespace test::drifting;
 using test::error_of;
 using testing::HasSubstr;
-
-constexpr int kFrames = 30;
-
-// Two balls on a table top, seen from an orbit. Labels waver as those of networks do; every fifth frame has none.
-Frame true_frame(int i) {
-  static const std::vector<Frame> kAll = [] {
-    std::vector<Frame> frames;
-    const test::Surface scene =
-        test::nearest_of({test::sphere({0, 0, 0}, 0.4), test::sphere({0.7, 0.3, 0}, 0.25), test::plane(Vec3d::UnitY(), 0.5)});
-    for (int k = 0; k < kFrames; ++k) {
-      const double angle = 0.2 * k;
-      frames.push_back(test::render(scene, test::small_camera(),
-                                    test::look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), 3 * k));
-    }
-    return frames;
-  }();
-  return kAll[static_cast<std::size_t>(i)];
-}
-
-Segmentation segmentation_of(int i) {
-  if (i % 5 == 3) return {};
-  const Frame frame = true_frame(i);
-  const ClassId chair{3};
-  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()),
-                 {{chair, 0.9F, {{chair, 0.7F}, {ClassId{1}, 0.3F}}}, {ClassId{2}, 1, {}}, {chair, 0.8F, {}}}};
-  std::uint32_t state = static_cast<std::uint32_t>(frame.index) * 747796405U + 1;
-  for (int v = 0; v < frame.depth.height(); ++v) {
-    for (int u = 0; u < frame.depth.width(); ++u) {
-      const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-      const int segment = p.y() > 0.499 ? 2 : p.x() > 0.45 ? 3 : 1;
-      state = state * 1664525U + 1013904223U;
-      s.segment_at(u, v) = static_cast<std::uint16_t>(state >> 24 < 8 ? state >> 16 & 3 : segment);
-    }
-  }
-  return s;
-}
-
-// Drift that grows to half a metre: the second round sees everything twice.
-Pose drifted(int i) {
-  const Pose truth = true_frame(i).world_from_camera;
-  const double share = static_cast<double>(i) / kFrames;
-  Pose drift = Pose::Identity();
-  drift.translation() = Vec3d(0.5, 0.05, -0.3) * share;
-  drift.linear() = Eigen::AngleAxisd(0.1 * share, Vec3d::UnitY()).toRotationMatrix();
-  return drift * truth;
-}
-
-Frame drifted_frame(int i) {
-  Frame frame = true_frame(i);
-  frame.time_s = 0.1 * i;
-  frame.world_from_camera = drifted(i);
-  return frame;
-}
-
-std::vector<PoseUpdate> true_poses(int end = kFrames) {
-  std::vector<PoseUpdate> poses;
-  for (int i = 0; i < end; ++i) poses.push_back({3 * i, true_frame(i).world_from_camera});
-  return poses;
-}
-
-ReadResult read_again(std::int64_t frame) { return {drifted_frame(static_cast<int>(frame / 3)), {}}; }
-
-Options often() {
-  Options options;
-  options.objects.every_frames = 4;
-  options.regularizer.every_frames = 7;
-  options.map.log = "reference";
-  options.map.voxel_size_m = 0.04F;
-  return options;
-}
-
-void add_frames(Mapper& mapper, int begin = 0, int end = kFrames) {
-  for (int i = begin; i < end; ++i) ASSERT_EQ(mapper.add(drifted_frame(i), segmentation_of(i)), Outcome{});
-}
-
-struct Hashes {
-  std::uint64_t voxels = 0;
-  std::uint64_t free_space = 0;
-  bool operator==(const Hashes&) const = default;
-};
-Hashes hashes_of(const PanopticMap& map) { return {map.voxels.hash(), map.free_space.hash()}; }
 
 // The definition: a new map from the frames in their order, with the ids that were given resolved through `merged`, pixel by
 // pixel, no tasks between.
@@ -339,137 +253,6 @@ TEST(Correction, NeedsAWholeLog) {
   beyond.parts().restore(PanopticMap({}, test::test_labels()), std::move(state));
   EXPECT_THAT(error_of([&] { beyond.update_poses(true_poses(3), read_again); }),
               HasSubstr("its log tells of 5 of the 6 frames used; raise map.log_limit_mb"));
-}
-
-// A recording with the poses of a drifting tracker; every seventh position cannot be read.
-class Drifting : public Dataset {
- public:
-  std::string description() const override { return "drifting"; }
-  std::size_t size() const override { return kFrames; }
-  ReadResult read(std::size_t position) const override {
-    const auto i = static_cast<int>(position);
-    if (i % 7 == 6) return {std::nullopt, {3 * i, "unreadable"}};
-    return {drifted_frame(i), {}};
-  }
-};
-
-RunIdentity identity() { return {"somewhere", "", "", often()}; }
-
-// Maps the recording up to a position with a map file, corrected once on the way if there are `poses`.
-std::unique_ptr<Mapper> map_to_file(const std::filesystem::path& path, std::size_t end, bool complete,
-                                    std::optional<std::size_t> correct_at = std::nullopt) {
-  auto mapper = std::make_unique<Mapper>(often(), test::test_labels());
-  Checkpoints checkpoints({.path = path, .resume = true, .every_s = 0}, identity(), *mapper);
-  for (std::size_t position = checkpoints.positions(); position < end; ++position) {
-    const ReadResult read = Drifting().read(position);
-    if (read.frame) {
-      const Segmentation s = segmentation_of(static_cast<int>(position));
-      checkpoints.note(record_of(*read.frame, !s.segments.empty(), mapper->add(*read.frame, s)));
-    } else {
-      mapper->skip(read.skipped);
-      checkpoints.note({.frame = read.skipped.index, .unused_because = read.skipped.reason});
-    }
-    if (position + 1 == correct_at) mapper->update_poses(true_poses(static_cast<int>(position) + 1), read_again);
-    checkpoints.after_frame(*mapper);
-  }
-  if (complete) mapper->finish();
-  checkpoints.finish(*mapper, complete);
-  return mapper;
-}
-
-TEST(Correction, IsInTheMapFileAndARunGoesOnFromThere) {
-  const auto folder = test::fresh_folder();
-  const auto whole = map_to_file(folder / "whole.panoptic", kFrames, true, 15);
-  const auto half = map_to_file(folder / "half.panoptic", 18, false, 15);
-  const SavedMap saved = load_map(folder / "half.panoptic");
-  EXPECT_EQ(hashes_of(saved.map), hashes_of(half->map()));
-  for (const FrameRecord& record : load_frames(folder / "half.panoptic")) {
-    if (!record.unused_because.empty()) continue;
-    const auto i = static_cast<int>(record.frame / 3);
-    EXPECT_TRUE(record.world_from_camera->isApprox(i < 15 ? true_frame(i).world_from_camera : drifted(i), 1e-9)) << i;
-  }
-  const auto resumed = map_to_file(folder / "half.panoptic", kFrames, true);
-  EXPECT_EQ(hashes_of(resumed->map()), hashes_of(whole->map()));
-  EXPECT_EQ(hashes_of(load_map(folder / "half.panoptic").map), hashes_of(whole->map()));
-  // The log came through the file: a correction now is that of the run that was never interrupted.
-  whole->update_poses(true_poses(), read_again);
-  resumed->update_poses(true_poses(), read_again);
-  EXPECT_EQ(hashes_of(resumed->map()), hashes_of(whole->map()));
-}
-
-std::string trajectory(bool by_time) {
-  std::string text = "# x y z qx qy qz qw after a number\n";
-  for (int i = 0; i < kFrames; ++i) {
-    const Pose pose = true_frame(i).world_from_camera;
-    const Eigen::Quaterniond q(pose.linear());
-    text += fmt::format("{} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}\n", by_time ? 0.1 * i + 0.004 : 3.0 * i,
-                        pose.translation().x(), pose.translation().y(), pose.translation().z(), q.x(), q.y(), q.z(), q.w());
-  }
-  return text;
-}
-
-class Rebuild : public testing::Test {
- protected:
-  RebuiltFile rebuild(const std::string& poses, const std::filesystem::path& output) {
-    write_file(folder_ / "poses.txt", poses);
-    return rebuild_map_file(map_, folder_ / "poses.txt", recording_, output);
-  }
-  std::string error(const std::string& poses) {
-    return error_of([&] { rebuild(poses, folder_ / "refused.panoptic"); });
-  }
-
-  std::filesystem::path folder_ = test::fresh_folder();
-  std::filesystem::path map_ = folder_ / "drifted.panoptic";
-  Drifting recording_;
-};
-
-TEST_F(Rebuild, MakesAMapFileAnewAsIfItsRunHadBeenCorrected) {
-  const auto mapper = map_to_file(map_, kFrames, true);
-  const std::uint64_t before = load_map(map_).map.voxels.hash();
-  const RebuiltFile rebuilt = rebuild(trajectory(false), folder_ / "new.panoptic");
-  EXPECT_EQ(rebuilt.used, mapper->frames().used());
-  EXPECT_EQ(rebuilt.given, rebuilt.used);
-  EXPECT_EQ(rebuilt.correction.unknown, 4U) << "frames that could not be read";
-
-  std::vector<FrameTime> times;
-  for (int i = 0; i < kFrames; ++i) times.push_back({3 * i, 0.1 * i});
-  mapper->update_poses(read_corrected_poses(folder_ / "poses.txt", times).poses, read_again);
-  const SavedMap saved = load_map(folder_ / "new.panoptic");
-  EXPECT_EQ(hashes_of(saved.map), hashes_of(mapper->map()));
-  EXPECT_EQ(saved.map.objects.state(), mapper->map().objects.state());
-  EXPECT_EQ(load_map(map_).map.voxels.hash(), before);
-  for (const FrameRecord& record : load_frames(folder_ / "new.panoptic")) {
-    if (!record.unused_because.empty()) continue;
-    EXPECT_TRUE(record.world_from_camera->isApprox(true_frame(static_cast<int>(record.frame / 3)).world_from_camera, 1e-9));
-  }
-
-  rebuild(trajectory(true), folder_ / "by_time.panoptic");
-  EXPECT_EQ(load_map(folder_ / "by_time.panoptic").map.voxels.hash(), saved.map.voxels.hash());
-  // A map that was made anew can be made anew.
-  const RebuiltFile again =
-      rebuild_map_file(folder_ / "new.panoptic", folder_ / "poses.txt", recording_, folder_ / "again.panoptic");
-  EXPECT_EQ(again.correction.frames, 0U);
-  EXPECT_EQ(load_map(folder_ / "again.panoptic").map.voxels.hash(), saved.map.voxels.hash());
-}
-
-TEST_F(Rebuild, SaysWhatIsWrong) {
-  map_to_file(map_, 12, false);
-  EXPECT_THAT(error("1 2 3\n"), HasSubstr("poses.txt"));
-  EXPECT_THAT(error("0 0 0 0 0 0 1\n0 0 1 0 0 0 1\n"), HasSubstr("its poses have no numbers"));
-  EXPECT_THAT(error("500.5 0 0 0 0 0 0 1\n501.5 0 0 1 0 0 0 1\n"),
-              HasSubstr("of its 2 poses 0 have the number of a frame of the map, and 0 are within 20 ms of one"));
-  EXPECT_FALSE(is_there(folder_ / "refused.panoptic"));
-  EXPECT_THAT(error_of([&] { rebuild(trajectory(false), map_); }), HasSubstr("is there already"));
-
-  std::filesystem::copy_file(test::source_folder() / "tests/golden/format_3.panoptic", folder_ / "old.panoptic");
-  map_ = folder_ / "old.panoptic";
-  EXPECT_THAT(error(trajectory(false)), HasSubstr("has format 3, which lacks the log of its frames"));
-}
-
-TEST_F(Rebuild, ARunDoesNotGoOnFromAMapWithOtherPoses) {
-  map_to_file(map_, 12, false);
-  EXPECT_EQ(rebuild(trajectory(false), folder_ / "new.panoptic").left_over, 30U - 11U) << "the map ends earlier";
-  EXPECT_THAT(error_of([&] { map_to_file(folder_ / "new.panoptic", 14, false); }), HasSubstr("was rebuilt with corrected poses"));
 }
 
 }  // namespace
