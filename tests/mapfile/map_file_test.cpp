@@ -149,7 +149,7 @@ TEST(MapFile, WrittenBitByBitIsAsWrittenAtOnce) {
   MapFileWriter writer = MapFileWriter::create(path, world.header, {.epoch = 1});
   EXPECT_EQ(load_map(path).map.voxels.block_count(), 0U) << "a map from the first moment";
   std::mt19937 random(9);
-  for (std::uint64_t seen = 0, round = 0; round < 5; ++round) {
+  for (auto [round, seen] = std::pair(0, std::uint64_t{0}); round < 5; ++round) {
     MapUpdate update{
         .epoch = world.map.voxels.epoch(), .space = space_since(world.map.free_space, seen), .objects = world.map.objects};
     for (const Slot slot : world.map.voxels.changed_since(seen)) {
