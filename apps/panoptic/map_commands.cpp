@@ -15,6 +15,7 @@
 #include "apps/panoptic/numbers.h"
 #include "panoptic/base/json.h"
 #include "panoptic/map_file.h"
+#include "panoptic/mapfile/log_rows.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/rebuild_file.h"
@@ -125,6 +126,8 @@ Json info_json(const std::string& path, const SavedMap& saved, const std::vector
   const ExtentBox box = bounds_of(saved.map.voxels);
   const std::uint64_t observed = saved.map.voxels.observed_voxels();
   const auto bytes = std::filesystem::file_size(path);
+  const LogSize log = size_of_log(path);
+  const auto of_map = static_cast<double>(bytes - std::min<std::uint64_t>(bytes, log.bytes));
   return {{"file", path},
           {"format", saved.format},
           {"program", note(saved, "program")},
@@ -136,7 +139,8 @@ Json info_json(const std::string& path, const SavedMap& saved, const std::vector
           {"blocks", saved.map.voxels.block_count()},
           {"observed_voxels", observed},
           {"file_bytes", bytes},
-          {"bytes_per_observed_voxel", observed > 0 ? static_cast<double>(bytes) / static_cast<double>(observed) : 0.0},
+          {"log", {{"frames", log.frames}, {"bytes", log.bytes}}},
+          {"bytes_per_observed_voxel", observed > 0 ? of_map / static_cast<double>(observed) : 0.0},
           {"map_hash", fmt::format("{:016x}", saved.map.voxels.hash())},
           {"label_set", saved.map.labels.name()},
           {"objects", query.objects().size()},
@@ -149,13 +153,15 @@ std::string info_text(const Json& j) {
   std::string text = fmt::format(
       "{}\nrecording {}\nstate     {}\nframes    {} used, {} skipped\nbounds    {:.1f} x {:.1f} x {:.1f} m from {:.2f} {:.2f} "
       "{:.2f}\n"
-      "voxels    {} observed of {} m in {} blocks, {:.1f} MB, {:.1f} bytes each\nhash      {}\nlabels    {}\nobjects   {}\n",
+      "voxels    {} observed of {} m in {} blocks, {:.1f} MB, {:.1f} bytes each\nlog       {} frames, {:.1f} MB of these\n"
+      "hash      {}\nlabels    {}\nobjects   {}\n",
       j["file"].get<std::string>(), j["recording"].get<std::string>(),
       j["complete"].get<bool>() ? "complete" : "a checkpoint: run --map --resume goes on from here",
       j["frames"]["used"].get<int>(), j["frames"]["skipped"].get<int>(), length(0), length(1), length(2), box("min_m", 0),
       box("min_m", 1), box("min_m", 2), j["observed_voxels"].get<std::uint64_t>(), j["voxel_size_m"].get<float>(),
       j["blocks"].get<std::size_t>(), j["file_bytes"].get<double>() / 1e6, j["bytes_per_observed_voxel"].get<double>(),
-      j["map_hash"].get<std::string>(), j["label_set"].get<std::string>(), j["objects"].get<std::size_t>());
+      j["log"]["frames"].get<std::size_t>(), j["log"]["bytes"].get<double>() / 1e6, j["map_hash"].get<std::string>(),
+      j["label_set"].get<std::string>(), j["objects"].get<std::size_t>());
   for (const auto& [name, count] : j["objects_by_class"].items()) text += fmt::format("  {:>5} x {}\n", count.get<int>(), name);
   return text;
 }

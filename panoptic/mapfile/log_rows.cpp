@@ -97,4 +97,13 @@ std::vector<FrameLog::Entry> load_log(const std::filesystem::path& path) {
   return entries;
 }
 
+LogSize size_of_log(const std::filesystem::path& path) {
+  constexpr std::uint64_t kRowBytes = 150;  // with the pose
+  Database database(path, DatabaseAccess::kRead);
+  if (require_map(database) < 4) return {};
+  const auto frames = static_cast<std::uint64_t>(database.integer("SELECT count(*) FROM frame_log"));
+  const auto labels = static_cast<std::uint64_t>(database.integer("SELECT ifnull(sum(length(labels)), 0) FROM frame_log"));
+  return {static_cast<std::size_t>(frames), labels + frames * kRowBytes};
+}
+
 }  // namespace panoptic

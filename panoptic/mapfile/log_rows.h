@@ -4,6 +4,7 @@
 // The log of frames in a map file: a row per used frame. docs/map_format.md has the layout.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -25,5 +26,12 @@ void put_log(const Database& database, const std::vector<LogRow>& rows);
 
 // The whole log of a map file, empty if its format has none. Throws Error: no sound map, or rows that are damaged or absent.
 std::vector<FrameLog::Entry> load_log(const std::filesystem::path& path);
+
+// How many frames the log of a map file tells of, and about how many bytes of the file that takes.
+struct LogSize {
+  std::size_t frames = 0;
+  std::uint64_t bytes = 0;
+};
+LogSize size_of_log(const std::filesystem::path& path);
 
 }  // namespace panoptic

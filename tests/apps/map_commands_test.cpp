@@ -129,6 +129,7 @@ TEST_F(Map, AnswersTheCommandsThatLookAtIt) {
   const Json json = Json::parse(info.out);
   EXPECT_EQ(json["map_hash"], report()["map_hash"]);
   EXPECT_EQ(json["frames"]["used"], 12);
+  EXPECT_EQ(json["log"]["frames"], 12);
   EXPECT_EQ(json["complete"], true);
   EXPECT_EQ(json["objects_by_class"]["chair"], 1);
   EXPECT_THAT(run_program({"info", map_.string()}).out, HasSubstr("1 x chair"));
