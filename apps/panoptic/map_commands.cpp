@@ -13,6 +13,7 @@
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/numbers.h"
+#include "apps/panoptic/progress.h"
 #include "panoptic/base/json.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/log_rows.h"
@@ -244,7 +245,12 @@ int map_rebuild(const Arguments& a) {
           fmt::format("the recording of the map cannot be opened: {}; if it has moved, name it: --recording PATH", e.what()));
     }
   }();
-  const RebuiltFile rebuilt = rebuild_map_file(a.map, a.poses, *dataset, a.output);
+  std::optional<Progress> progress;
+  const RebuiltFile rebuilt = rebuild_map_file(a.map, a.poses, *dataset, a.output, [&](std::size_t done, std::size_t all) {
+    if (!progress) progress.emplace("frames", all);
+    progress->advance(done + 1);
+  });
+  progress.reset();
   const Correction& c = rebuilt.correction;
   if (c.frames == 0) tell_note("no pose differs from the map's by more than map.pose_tolerance_m: the new map is the old one");
   if (rebuilt.left_over > 0) tell_note(fmt::format("{} poses of {} are of no frame of the map", rebuilt.left_over, a.poses));

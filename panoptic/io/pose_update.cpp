@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -76,20 +78,25 @@ Named frames_by_number(const PoseList& list, const std::vector<FrameTime>& frame
   return named;
 }
 
-// By the nearest time.
+// By the nearest time, each frame for the pose that is nearest to it. None at all if frames do not have times of their own.
 Named frames_by_time(const PoseList& list, std::vector<FrameTime> frames) {
-  std::ranges::stable_sort(frames, {}, &FrameTime::time_s);
-  Named named;
-  for (const ListedPose& pose : list.poses) {
-    const auto after = std::ranges::lower_bound(frames, pose.number, {}, &FrameTime::time_s);
-    const FrameTime* nearest = nullptr;
-    double distance_s = kNearestTime_s;
-    for (auto at = after == frames.begin() ? after : after - 1; at != frames.end() && at <= after; ++at) {
-      if (std::abs(at->time_s - pose.number) > distance_s) continue;
-      distance_s = std::abs(at->time_s - pose.number);
-      nearest = &*at;
-    }
-    named.push_back(nearest == nullptr ? std::nullopt : std::optional(nearest->frame));
+  std::ranges::sort(frames, {}, &FrameTime::time_s);
+  if (std::ranges::adjacent_find(frames, {}, &FrameTime::time_s) != frames.end()) return {};
+  Named named(list.poses.size());
+  std::map<std::int64_t, std::pair<double, std::size_t>> nearest_pose;  // by frame: how far in time, and which
+  for (std::size_t n = 0; n < list.poses.size(); ++n) {
+    const double time_s = list.poses[n].number;
+    const auto distance_s = [&](const FrameTime& frame) { return std::abs(frame.time_s - time_s); };
+    const auto after = std::ranges::lower_bound(frames, time_s, {}, &FrameTime::time_s);
+    const auto begin = after == frames.begin() ? after : after - 1;
+    const auto nearest = std::min_element(begin, after == frames.end() ? after : after + 1,
+                                          [&](const FrameTime& a, const FrameTime& b) { return distance_s(a) < distance_s(b); });
+    if (nearest == frames.end() || distance_s(*nearest) > kNearestTime_s) continue;
+    const auto [place, is_first] = nearest_pose.try_emplace(nearest->frame, distance_s(*nearest), n);
+    if (!is_first && place->second.first <= distance_s(*nearest)) continue;
+    if (!is_first) named[place->second.second] = std::nullopt;
+    place->second = {distance_s(*nearest), n};
+    named[n] = nearest->frame;
   }
   return named;
 }
@@ -133,8 +140,10 @@ CorrectedPoses read_corrected_poses(const std::filesystem::path& path, const std
                             path.string(), list.poses.size(), count(by_number), count(by_time), 1000 * kNearestTime_s));
   }
   CorrectedPoses corrected{{}, list.poses.size() - fit};
+  std::set<std::int64_t> given;
   for (std::size_t n = 0; n < list.poses.size(); ++n) {
     if (!named[n]) continue;
+    if (!given.insert(*named[n]).second) throw Error(fmt::format("{} has two poses for frame {}", path.string(), *named[n]));
     const std::string whose = fmt::format("{}: the pose of frame {}", path.string(), *named[n]);
     corrected.poses.push_back({*named[n], require_rigid(list.poses[n].matrix, whose)});
   }

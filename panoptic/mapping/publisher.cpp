@@ -112,10 +112,13 @@ std::vector<SnapshotPublisher::ObjectPart> SnapshotPublisher::parts_of(const Mes
 }
 
 void SnapshotPublisher::take_up_chunks(const MapCapture& capture, Snapshot& snapshot) {
-  chunks_.resize(capture.chunks.size());
-  parts_.resize(capture.chunks.size());
+  static const auto kNothing = std::make_shared<const MeshChunk>();
+  // A map that was made anew may have fewer; whoever looks on must hear that the others are empty.
+  chunks_.resize(std::max(chunks_.size(), capture.chunks.size()));
+  parts_.resize(chunks_.size());
   for (std::size_t slot = 0; slot < chunks_.size(); ++slot) {
-    const SnapshotChunk& now = capture.chunks[slot];
+    const bool is_there = slot < capture.chunks.size();
+    const SnapshotChunk now = is_there ? capture.chunks[slot] : SnapshotChunk{chunks_[slot].index, 0, kNothing};
     if (chunks_[slot].surface == now.surface) continue;
     chunks_[slot] = {now.index, snapshot.revision, now.surface};
     parts_[slot] = parts_of(*now.surface);

@@ -60,7 +60,7 @@ MappedRecording mapped_recording(const std::filesystem::path& map) {
 }
 
 RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset& recording,
-                             const std::filesystem::path& output) {
+                             const std::filesystem::path& output, const RebuildProgress& progress) {
   if (is_there(output)) throw Error(fmt::format("{} is there already: choose another name or remove it", output.string()));
   SavedMap saved = load_map(map);
   std::vector<FrameRecord> records = load_frames(map);
@@ -77,7 +77,11 @@ RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesy
   const MapHeader header = saved.header();
   mapper.parts().restore(std::move(saved.map), std::move(state));
   RebuiltFile rebuilt;
-  rebuilt.correction = mapper.parts().fuse_anew(updates.poses, [&](std::int64_t frame) { return finder.read(frame); });
+  std::size_t done = 0;
+  rebuilt.correction = mapper.parts().fuse_anew(updates.poses, [&](std::int64_t frame) {
+    if (progress) progress(done++, mapper.parts().log().size());
+    return finder.read(frame);
+  });
   if (rebuilt.correction.frames > 0 && complete) mapper.finish();
   rebuilt.used = mapper.frames().used();
   rebuilt.given = updates.poses.size() - rebuilt.correction.unknown;

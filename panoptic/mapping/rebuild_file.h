@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -31,10 +32,13 @@ struct RebuiltFile {
   std::size_t objects = 0;
 };
 
+// Called before each frame, from any thread, with how many were read and how many there are.
+using RebuildProgress = std::function<void(std::size_t done, std::size_t all)>;
+
 // Makes the map anew with the poses of a file (read_corrected_poses), and saves it as another map file, which must not exist. Of
 // a complete map the last tasks are done again. `recording` is the one that the map was made of. Throws Error; then there is no
 // new file.
 RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset& recording,
-                             const std::filesystem::path& output);
+                             const std::filesystem::path& output, const RebuildProgress& progress = {});
 
 }  // namespace panoptic

@@ -73,6 +73,18 @@ TEST_F(PoseUpdateFiles, NumbersAreFramesWhereAllOfThemAreAndElseTimes) {
   ASSERT_EQ(poses.size(), 2U);
   EXPECT_EQ(poses[0].frame, 10);
   EXPECT_EQ(poses[1].frame, 12);
+  // A tracker that is twice as fast: of two poses for a frame the nearer one counts.
+  const auto fast = read_corrected_poses(file("100.0 1 0 0 0 0 0 1\n100.015 2 0 0 0 0 0 1\n100.103 3 0 0 0 0 0 1\n"), frames);
+  ASSERT_EQ(fast.poses.size(), 2U);
+  EXPECT_EQ(fast.poses[0].world_from_camera.translation().x(), 1);
+  EXPECT_EQ(fast.left_over, 1U);
+  // Frames without times of their own are never meant by times.
+  const std::vector<FrameTime> timeless = {{0, 0}, {1, 0}, {2, 0}};
+  EXPECT_EQ(read_corrected_poses(file("0 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n"), timeless).poses[1].frame, 2);
+  EXPECT_THAT(error_of([&] { read_corrected_poses(file("0.001 1 0 0 0 0 0 1\n0.002 1 0 1 0 0 0 1\n"), timeless); }),
+              HasSubstr("0 are within 20 ms"));
+  EXPECT_THAT(error_of([&] { read_corrected_poses(file("2 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n"), timeless); }),
+              HasSubstr("two poses for frame 2"));
   // A whole second may be a frame's number or a time: what fits more frames.
   const std::vector<FrameTime> slow = {{0, 1}, {1, 2}, {2, 3}};
   EXPECT_EQ(read_corrected_poses(file("1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n3 2 0 0 0 0 0 1\n"), slow).poses[0].frame, 0);
