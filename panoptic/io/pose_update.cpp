@@ -80,8 +80,10 @@ Named frames_by_number(const PoseList& list, const std::vector<FrameTime>& frame
 
 // By the nearest time, each frame for the pose that is nearest to it. None at all if frames do not have times of their own.
 Named frames_by_time(const PoseList& list, std::vector<FrameTime> frames) {
+  const auto is_unknown = [](const FrameTime& frame) { return frame.time_s == 0; };
+  if (std::ranges::count_if(frames, is_unknown) > 1) std::erase_if(frames, is_unknown);
   std::ranges::sort(frames, {}, &FrameTime::time_s);
-  if (std::ranges::adjacent_find(frames, {}, &FrameTime::time_s) != frames.end()) return {};
+  if (frames.empty() || std::ranges::adjacent_find(frames, {}, &FrameTime::time_s) != frames.end()) return {};
   Named named(list.poses.size());
   std::map<std::int64_t, std::pair<double, std::size_t>> nearest_pose;  // by frame: how far in time, and which
   for (std::size_t n = 0; n < list.poses.size(); ++n) {
