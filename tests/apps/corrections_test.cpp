@@ -7,6 +7,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/map_file.h"
+#include "panoptic/query.h"
 #include "tests/apps/run_fixture.h"
 
 namespace panoptic {
@@ -65,10 +66,11 @@ class Corrections : public test::Run {
     write_file(folder_ / "updates.jsonl", fmt::format("{{\"at_frame\": {}, \"poses\": [{}]}}\n", at_frame, poses));
     return folder_ / "updates.jsonl";
   }
-  static double lowest_x(const fs::path& map) {
-    const ProgramResult info = run_program({"info", map.string(), "--json"});
-    EXPECT_EQ(info.exit_code, 0) << info.err;
-    return Json::parse(info.out)["bounds"]["min_m"][0];
+  static double chair_x(const fs::path& map) {
+    const SavedMap saved = load_map(map);
+    const auto chairs = MapQuery(saved.map).of_class("chair");
+    EXPECT_EQ(chairs.size(), 1U);
+    return chairs.empty() ? 0 : chairs[0].box.center_m.x();
   }
 
   fs::path predictions_;
@@ -88,7 +90,7 @@ TEST_F(Corrections, ARebuiltMapHasTheSameThingsElsewhere) {
     const ProgramResult result = rebuild(trajectory(kAside_m, by_frame), moved);
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_THAT(result.out, HasSubstr("poses     for 12 of 12 frames, 12 of them other than before"));
-    EXPECT_NEAR(lowest_x(moved) - lowest_x(map_), kAside_m, 0.11) << "to a voxel";
+    EXPECT_NEAR(chair_x(moved) - chair_x(map_), kAside_m, 0.03);
     const PanopticMap map = load_map(moved).map;
     EXPECT_EQ(map.objects.state().next_id, load_map(map_).map.objects.state().next_id) << "no new object";
     EXPECT_EQ(map.objects.count(), load_map(map_).map.objects.count());
@@ -112,7 +114,7 @@ TEST_F(Corrections, OfARunAreFollowedAndReported) {
   ASSERT_EQ(corrections.size(), 1U);
   EXPECT_EQ(corrections[0]["frames"], 12);
   EXPECT_EQ(corrections[0]["blocks_refused"], corrections[0]["blocks"]);
-  EXPECT_NEAR(lowest_x(corrected) - lowest_x(map_), kAside_m, 0.11);
+  EXPECT_NEAR(chair_x(corrected) - chair_x(map_), kAside_m, 0.03);
   EXPECT_EQ(report()["map_hash"], fmt::format("{:016x}", load_map(corrected).map.voxels.hash()));
 }
 
