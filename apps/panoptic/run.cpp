@@ -249,17 +249,25 @@ Options with_log(Options options, const Arguments& arguments) {
   return options;
 }
 
-int run(const Arguments& arguments) {
+// Throws UsageError for options that do not go together.
+void require_possible(const Arguments& arguments) {
   if (arguments.online && arguments.resume) {
     throw UsageError("--resume is for runs without --online: what an online run drops depends on the moment");
   }
   if (arguments.online && !arguments.pose_updates.empty()) {
     throw UsageError("--pose-updates is for runs without --online: their moments count frames that online runs may drop");
   }
+}
+
+std::vector<PoseUpdates> pose_updates_from(const Arguments& arguments) {
+  return arguments.pose_updates.empty() ? std::vector<PoseUpdates>() : read_pose_updates(arguments.pose_updates);
+}
+
+int run(const Arguments& arguments) {
+  require_possible(arguments);
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
-  const auto pose_updates =
-      arguments.pose_updates.empty() ? std::vector<PoseUpdates>() : read_pose_updates(arguments.pose_updates);
+  const std::vector<PoseUpdates> pose_updates = pose_updates_from(arguments);
   const Options placed = with_log(with_swap_folder(options, arguments.output), arguments);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
