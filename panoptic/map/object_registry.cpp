@@ -69,6 +69,11 @@ std::optional<LabelSlot> ObjectRegistry::recreate(PanopticId id, std::int64_t fr
   object.first_frame = frame;
   object.last_frame = frame;
   object.parts = std::move(parts);
+  if (object.parts.count() == 0) {  // whoever merged them was forgotten, but not that they were merged
+    for (const MergedObject& merged : state_.merged) {
+      if (merged.into == id) object.parts.add({merged.id, frame});
+    }
+  }
   slot_of_.emplace(object.id, object.slot);
   return object.slot;
 }

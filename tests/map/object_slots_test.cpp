@@ -47,6 +47,26 @@ TEST(ObjectRegistry, ASlotThatWasMergedAwayIsGivenAnewWhenNothingNamesItAnyMore)
   EXPECT_EQ(registry.create(), std::nullopt);
 }
 
+// A map that is made anew makes objects again under the ids that they had; what was merged into them still was.
+TEST(ObjectRegistry, AnObjectThatIsMadeAgainKnowsWhatWasMergedIntoIt) {
+  ObjectRegistry registry(kFirst);
+  const LabelSlot a = *registry.create();
+  const LabelSlot b = *registry.create();
+  const PanopticId whole = registry.find(b)->id;
+  registry.merge(a, b, 7);
+  registry.retire_unused(std::vector<bool>(65536, false));
+  ASSERT_EQ(registry.find(whole), nullptr);
+  const LabelSlot again = *registry.recreate(whole, 9);
+  EXPECT_EQ(registry.find(again)->id, whole);
+  EXPECT_EQ(registry.find(again)->parts.count(), 1U);
+  EXPECT_EQ(registry.survivor(PanopticId{kFirst}), whole);
+
+  registry.merge_absent(PanopticId{kFirst + 5}, again, 11);
+  EXPECT_EQ(registry.survivor(PanopticId{kFirst + 5}), whole);
+  EXPECT_EQ(registry.find(again)->parts.count(), 2U);
+  EXPECT_NE(*registry.create(), again);
+}
+
 TEST(ObjectRegistry, AnObjectWithoutVoxelsIsForgottenButItsSlotWaitsForWhatNamesIt) {
   ObjectRegistry registry(kFirst);
   const LabelSlot a = *registry.create();
