@@ -105,7 +105,9 @@ TEST(Seats, ASofaHasAsManyPlacesAsPeopleFit) {
     const auto seats = seats_of("sofa", model);
     ASSERT_EQ(seats.size(), static_cast<std::size_t>(places)) << width_m;
     for (const Seat& seat : seats) EXPECT_LT(degrees_off(seat, 0.4), 5);
-    if (places > 1) EXPECT_NEAR((seats[0].position - seats[1].position).norm(), width_m / places, 0.03);
+    if (places > 1) {
+      EXPECT_NEAR((seats[0].position - seats[1].position).norm(), width_m / places, 0.03);
+    }
   }
 }
 
