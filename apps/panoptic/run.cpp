@@ -102,13 +102,13 @@ void print_closing(const Mapper& mapper, const RunSummary& summary, const std::s
   fmt::print("\nlook at   {1}{0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output, pictures);
 }
 
-// Where explain finds the recording again, from whatever folder it is started.
-std::string absolute_recording(const std::string& recording) {
-  return recording.starts_with("sim:") ? recording : std::filesystem::absolute(recording).lexically_normal().string();
-}
-
 std::string absolute_path(const std::string& path) {
   return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+}
+
+// Where explain finds the recording again, from whatever folder it is started.
+std::string absolute_recording(const std::string& recording) {
+  return recording.starts_with("sim:") ? recording : absolute_path(recording);
 }
 
 std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Options& options, const RunSummary& summary,

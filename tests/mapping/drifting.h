@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -14,7 +13,7 @@
 
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/mapper_parts.h"
-#include "tests/fusion/scenes.h"
+#include "tests/mapping/two_balls.h"
 
 namespace panoptic::test {
 
@@ -26,34 +25,13 @@ inline constexpr int kFrames = 30;
 inline Frame true_frame(int i) {
   static const std::vector<Frame> kAll = [] {
     std::vector<Frame> frames;
-    const Surface scene = nearest_of({sphere({0, 0, 0}, 0.4), sphere({0.7, 0.3, 0}, 0.25), plane(Vec3d::UnitY(), 0.5)});
-    for (int k = 0; k < kFrames; ++k) {
-      const double angle = 0.2 * k;
-      frames.push_back(
-          render(scene, small_camera(), look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}), 3 * k));
-    }
+    for (int k = 0; k < kFrames; ++k) frames.push_back(two_balls(0.2 * k, 3 * k));
     return frames;
   }();
   return kAll[static_cast<std::size_t>(i)];
 }
 
-inline Segmentation segmentation_of(int i) {
-  if (i % 5 == 3) return {};
-  const Frame frame = true_frame(i);
-  const ClassId chair{3};
-  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()),
-                 {{chair, 0.9F, {{chair, 0.7F}, {ClassId{1}, 0.3F}}}, {ClassId{2}, 1, {}}, {chair, 0.8F, {}}}};
-  std::uint32_t state = static_cast<std::uint32_t>(frame.index) * 747796405U + 1;
-  for (int v = 0; v < frame.depth.height(); ++v) {
-    for (int u = 0; u < frame.depth.width(); ++u) {
-      const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-      const int segment = p.y() > 0.499 ? 2 : p.x() > 0.45 ? 3 : 1;
-      state = state * 1664525U + 1013904223U;
-      s.segment_at(u, v) = static_cast<std::uint16_t>(state >> 24 < 8 ? state >> 16 & 3 : segment);
-    }
-  }
-  return s;
-}
+inline Segmentation segmentation_of(int i) { return i % 5 == 3 ? Segmentation{} : wavering(true_frame(i), 8); }
 
 // Drift that grows to half a metre: the second round sees everything twice.
 inline Pose drifted(int i) {

@@ -19,7 +19,7 @@
 #include "panoptic/mapping/outputs.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
-#include "tests/fusion/scenes.h"
+#include "tests/mapping/two_balls.h"
 #include "tests/places.h"
 #include "tests/sanitized.h"
 
@@ -32,14 +32,8 @@ using testing::HasSubstr;
 
 constexpr int kFrames = 24;
 
-// Two balls on a table top, seen from an orbit; pose, labels and numbers of segments waver as those of networks do.
-Frame rendered(int i) {
-  const test::Surface scene =
-      test::nearest_of({test::sphere({0, 0, 0}, 0.4), test::sphere({0.7, 0.3, 0}, 0.25), test::plane(Vec3d::UnitY(), 0.5)});
-  const double angle = 0.1 * i;
-  return test::render(scene, test::small_camera(), test::look_at({2 * std::cos(angle), -0.9, 2 * std::sin(angle)}, {0, 0, 0}),
-                      5 * i);
-}
+// Pose, labels and numbers of segments waver as those of networks do.
+Frame rendered(int i) { return test::two_balls(0.1 * i, 5 * i); }
 
 const Frame& frame_at(int i) {
   static const std::vector<Frame> kAll = [] {
@@ -50,21 +44,7 @@ const Frame& frame_at(int i) {
   return kAll[static_cast<std::size_t>(i)];
 }
 
-Segmentation segmentation_of(const Frame& frame) {
-  const ClassId chair{3};
-  Segmentation s{Image<std::uint16_t>(frame.color.width(), frame.color.height()),
-                 {{chair, 0.9F, {{chair, 0.7F}, {ClassId{1}, 0.3F}}}, {ClassId{2}, 1, {}}, {chair, 0.8F, {}}}};
-  std::uint32_t state = static_cast<std::uint32_t>(frame.index) * 747796405U + 1;
-  for (int v = 0; v < frame.depth.height(); ++v) {
-    for (int u = 0; u < frame.depth.width(); ++u) {
-      const Vec3d p = frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
-      const int segment = p.y() > 0.499 ? 2 : p.x() > 0.45 ? 3 : 1;
-      state = state * 1664525U + 1013904223U;
-      s.segment_at(u, v) = static_cast<std::uint16_t>(state >> 24 < 40 ? state >> 16 & 3 : segment);
-    }
-  }
-  return s;
-}
+Segmentation segmentation_of(const Frame& frame) { return test::wavering(frame, 40); }
 
 RunIdentity identity() {
   RunIdentity run{"somewhere", "", "", {}};
