@@ -19,6 +19,8 @@ endif()
 # map/ alone: the map file
 find_package(SQLite3 3.37 REQUIRED)
 find_package(zstd REQUIRED)
+# tracking/ alone: the pose graph
+find_package(CeresParts REQUIRED)
 # planning/ alone: the navigation mesh, the octree
 find_package(Recast REQUIRED)
 find_package(OctoMapParts REQUIRED)

@@ -96,6 +96,16 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.footer("Semantic IoU, instance AP, panoptic quality and surface distances; the rules are in docs/evaluation.md.");
 }
 
+void add_trajectory_evaluation(CLI::App& app, Arguments& a) {
+  app.add_option("estimate", a.trajectory, "trajectory (`time tx ty tz qx qy qz qw` a line), or the folder of a run")->required();
+  app.add_option("truth", a.true_trajectory, "the same of the truth, or a folder with groundtruth.txt")->required();
+  app.add_option("--json", a.json, "write the scores to this file");
+  app.add_option("--pair-tolerance", a.pair_tolerance_s, "seconds between the stamps of a pair at most, default 0.02")
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--rpe-step", a.rpe_step_s, "seconds over which the relative error is taken, default 1")->check(CLI::Range(1e-3, 1e6));
+  app.footer("ATE (rigid alignment, no scale) and RPE as the tools of the TUM RGB-D benchmark define them (docs/tracking.md).");
+}
+
 void add_explanation(CLI::App& app, Arguments& a) {
   app.add_option("out", a.explained, "folder of a run")->required();
   app.add_option("id", a.object_id, "panoptic id of an object, as in objects.json and in the pictures")->required();
@@ -115,6 +125,7 @@ void add_map_file(CLI::App& run, Arguments& a) {
   constexpr double kLongest_s = 1e6;
   CLI::Option* map = run.add_option("--map", a.map, "map file to save to, every few seconds and at the end; must not exist");
   run.add_flag("--resume", a.resume, "go on from the map file, if it exists; not with --online")->needs(map);
+  run.add_flag("--track", a.track, "find out where the camera is; the recording's poses are not used (docs/tracking.md)");
   run.add_option("--pose-updates", a.pose_updates,
                  "corrections of poses by the SLAM system, a line of JSON for each moment (docs/maps.md); the map follows");
   run.add_option("--checkpoint-every", a.checkpoint_every_s, "seconds from one save to the next, default 5")
@@ -265,6 +276,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_map_commands(app, a);
   add_map_pairs(app, a);
   add_plan(app, a);
+  add_trajectory_evaluation(*app.add_subcommand("eval-trajectory", "how far a trajectory is from the true one: ATE and RPE"), a);
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);

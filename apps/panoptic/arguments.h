@@ -50,7 +50,12 @@ struct Arguments {
   std::string other_map;  // merge, diff: the second one
   bool resume = false;
   std::string pose_updates;
+  bool track = false;
   std::string poses;  // rebuild
+  // eval-trajectory
+  std::string trajectory;
+  std::string true_trajectory;
+  double rpe_step_s = 1;
   std::optional<double> checkpoint_every_s;
   // simulate
   std::optional<std::string> seed;

@@ -18,6 +18,7 @@ int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
 int check_network(const Arguments& arguments);
 int evaluate(const Arguments& arguments);
+int evaluate_trajectory(const Arguments& arguments);
 int explain(const Arguments& arguments);
 int simulate(const Arguments& arguments);
 int benchmark(const Arguments& arguments);

@@ -21,6 +21,7 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "doctor") return panoptic::doctor(arguments);
   if (arguments.command == "check-network") return panoptic::check_network(arguments);
   if (arguments.command == "eval") return panoptic::evaluate(arguments);
+  if (arguments.command == "eval-trajectory") return panoptic::evaluate_trajectory(arguments);
   if (arguments.command == "explain") return panoptic::explain(arguments);
   if (arguments.command == "simulate") return panoptic::simulate(arguments);
   if (arguments.command == "benchmark") return panoptic::benchmark(arguments);

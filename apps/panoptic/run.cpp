@@ -79,6 +79,12 @@ void print_corrections(const std::vector<Correction>& corrections) {
     tell(fmt::format("note: {} corrected poses are of frames that were not in the map at their moment\n", unknown));
 }
 
+void print_tracking(const TrackingReport& tracking) {
+  const auto corrected = std::count_if(tracking.loops.begin(), tracking.loops.end(), [](const Loop& l) { return l.corrects; });
+  fmt::print("\ntracking  {} frames, {} lost, quality {:.2f}, {} keyframes, {} places seen again, {} of them corrected poses\n",
+             tracking.tracked, tracking.lost, tracking.mean_quality, tracking.keyframes, tracking.loops.size(), corrected);
+}
+
 // The source of labels, if there is one: what the options name, else what the list of recordings does.
 std::string predictor_text(const Options& options, const std::string& list) {
   if (!options.predictions.empty()) return options.predictions;
@@ -90,6 +96,7 @@ void print_closing(const Mapper& mapper, const RunSummary& summary, const std::s
   print_stages(mapper.profile());
   print_frames(mapper.frames(), summary.without_prediction);
   if (summary.online) print_online(*summary.online);
+  if (summary.tracking) print_tracking(*summary.tracking);
   if (!summary.corrections.empty()) print_corrections(summary.corrections);
   const VoxelMap& map = mapper.map().voxels;
   fmt::print("{} blocks, {:.1f} million voxels observed, {:.0f} MB map, peak {:.0f} MB\n", map.block_count(),
@@ -245,7 +252,7 @@ Options with_swap_folder(Options options, const std::string& output) {
 
 // A log of the frames is kept where something can come of it.
 Options with_log(Options options, const Arguments& arguments) {
-  if (options.map.log == "auto" && !(arguments.map.empty() && arguments.pose_updates.empty())) options.map.log = "reference";
+  if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || arguments.track)) options.map.log = "reference";
   return options;
 }
 
@@ -256,6 +263,9 @@ void require_possible(const Arguments& arguments) {
   }
   if (arguments.online && !arguments.pose_updates.empty()) {
     throw UsageError("--pose-updates is for runs without --online: their moments count frames that online runs may drop");
+  }
+  if (arguments.track && (arguments.online || arguments.resume || !arguments.pose_updates.empty())) {
+    throw UsageError("--track does not go with --online, --resume or --pose-updates");
   }
 }
 
@@ -292,7 +302,10 @@ int run(const Arguments& arguments) {
   const Stopwatch stopwatch;
   MappingResult result = [&] {
     Progress progress("frames", range.count(dataset->size()));
-    const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, [&](std::size_t done) {
+    std::optional<RunTracker> tracker;
+    if (arguments.track) tracker.emplace(CameraTrackerOptions{options.depth.min_m, options.depth.max_m, {}}, true);
+    const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, tracker ? &*tracker : nullptr,
+                         [&](std::size_t done) {
                            progress.advance(done);
                            tell_warnings(predictor.get());
                            return !interrupted();
@@ -309,6 +322,7 @@ int run(const Arguments& arguments) {
   summary.without_prediction = result.without_prediction;
   summary.online = result.online;
   summary.corrections = result.corrections;
+  summary.tracking = result.tracking;
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);

@@ -17,6 +17,7 @@
 #include "panoptic/options.h"
 #include "panoptic/pose_update.h"
 #include "panoptic/source.h"
+#include "panoptic/tracked_run.h"
 
 namespace panoptic {
 
@@ -48,6 +49,7 @@ struct RunSummary {
   std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
   std::optional<OnlineReport> online;    // of an online run
   std::vector<Correction> corrections;   // of poses, in their order
+  std::optional<TrackingReport> tracking;  // of a run whose poses were tracked
   bool pictures = true;                  // false: no views/; pictures that an earlier run left there are removed
 };
 

@@ -47,6 +47,8 @@ class PoseCorrector {
   void passed(std::int64_t frame, std::size_t position) {
     finder_.note(frame, position);
     while (!left_.empty() && left_.front().at_frame == frame) apply_next();
+    if (run_.tracker == nullptr) return;
+    if (const std::vector<PoseUpdate> poses = run_.tracker->corrections(); !poses.empty()) apply(poses);
   }
   void apply_all() {
     while (!left_.empty()) apply_next();
@@ -59,7 +61,10 @@ class PoseCorrector {
   void apply_next() {
     const PoseUpdates& updates = left_.front();
     left_ = left_.subspan(1);
-    done_.push_back(run_.mapper.update_poses(updates.poses, [&](std::int64_t frame) { return finder_.read(frame); }));
+    apply(updates.poses);
+  }
+  void apply(std::span<const PoseUpdate> poses) {
+    done_.push_back(run_.mapper.update_poses(poses, [&](std::int64_t frame) { return finder_.read(frame); }));
   }
 
   const MappingRun& run_;
@@ -68,7 +73,20 @@ class PoseCorrector {
   std::vector<Correction>& done_;
 };
 
+// False if the camera is lost: then the frame counts as skipped.
+bool locate(Frame& frame, const MappingRun& run, RunRecorder& recorder) {
+  if (run.tracker == nullptr) return true;
+  const Stopwatch tracking;
+  const Outcome located = run.tracker->locate(frame, run.mapper.map().voxels);
+  run.mapper.profile().add("locate", tracking.seconds());
+  if (located.used) return true;
+  run.mapper.skip({frame.index, located.reason});
+  recorder.frame(frame, false, located);
+  return false;
+}
+
 void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
+  if (!locate(read, run, recorder)) return;
   const auto frame = std::make_shared<const Frame>(publisher != nullptr ? kept(std::move(read)) : std::move(read));
   const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
   const Outcome outcome = run.mapper.add(*frame, *segmentation);
@@ -115,6 +133,7 @@ MappingResult result_of(const MappingRun& run, const RunRecorder& recorder) {
   if (run.predictor != nullptr) result.without_prediction = run.mapper.frames().used() - run.mapper.labelled();
   result.first_used = recorder.first_used();
   result.last_used = recorder.last_used();
+  if (run.tracker != nullptr) result.tracking = run.tracker->report();
   return result;
 }
 

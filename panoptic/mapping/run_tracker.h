@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Tracks the camera of a run: every frame gets its pose before it is mapped, and the map follows when a loop corrects poses.
+#pragma once
+
+#include <vector>
+
+#include "panoptic/camera_tracker.h"
+#include "panoptic/outcome.h"
+#include "panoptic/pose_update.h"
+#include "panoptic/tracked_run.h"
+
+namespace panoptic {
+
+class RunTracker {
+ public:
+  // `has_poses`: the recording gives some, to be compared with at the end.
+  RunTracker(const CameraTrackerOptions& options, bool has_poses) : tracker_(options), has_poses_(has_poses) {}
+
+  // Sets the pose of the next frame. Refused where the camera is lost: the frame must not be mapped.
+  Outcome locate(Frame& frame, const VoxelMap& map);
+
+  // The poses that the map must follow before the next frame; none if nothing was corrected.
+  std::vector<PoseUpdate> corrections();
+
+  TrackingReport report() const;
+
+ private:
+  void count(std::int64_t frame, const CameraPose& pose);
+
+  CameraTracker tracker_;
+  bool has_poses_;
+  TrackingReport report_;
+  double quality_sum_ = 0;
+};
+
+}  // namespace panoptic
