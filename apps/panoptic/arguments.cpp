@@ -102,7 +102,8 @@ void add_trajectory_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("--json", a.json, "write the scores to this file");
   app.add_option("--pair-tolerance", a.pair_tolerance_s, "seconds between the stamps of a pair at most, default 0.02")
       ->check(CLI::Range(0.0, 1e6));
-  app.add_option("--rpe-step", a.rpe_step_s, "seconds over which the relative error is taken, default 1")->check(CLI::Range(1e-3, 1e6));
+  app.add_option("--rpe-step", a.rpe_step_s, "seconds over which the relative error is taken, default 1")
+      ->check(CLI::Range(1e-3, 1e6));
   app.footer("ATE (rigid alignment, no scale) and RPE as the tools of the TUM RGB-D benchmark define them (docs/tracking.md).");
 }
 

@@ -26,7 +26,7 @@ fs::path trajectory_file(const std::string& path) {
 }
 
 Json to_json(const ErrorStatistics& s) {
-  return {{"count", s.count}, {"rmse", s.rmse}, {"mean", s.mean},  {"median", s.median}, {"std", s.standard_deviation},
+  return {{"count", s.count}, {"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median}, {"std", s.standard_deviation},
           {"min", s.least},   {"max", s.most}};
 }
 

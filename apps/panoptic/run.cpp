@@ -252,7 +252,8 @@ Options with_swap_folder(Options options, const std::string& output) {
 
 // A log of the frames is kept where something can come of it.
 Options with_log(Options options, const Arguments& arguments) {
-  if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || arguments.track)) options.map.log = "reference";
+  if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || arguments.track))
+    options.map.log = "reference";
   return options;
 }
 
@@ -304,7 +305,13 @@ int run(const Arguments& arguments) {
     Progress progress("frames", range.count(dataset->size()));
     std::optional<RunTracker> tracker;
     if (arguments.track) tracker.emplace(CameraTrackerOptions{options.depth.min_m, options.depth.max_m, {}}, true);
-    const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, tracker ? &*tracker : nullptr,
+    const MappingRun run{*dataset,
+                         range,
+                         predictor.get(),
+                         mapper,
+                         checkpoints.get(),
+                         pose_updates,
+                         tracker ? &*tracker : nullptr,
                          [&](std::size_t done) {
                            progress.advance(done);
                            tell_warnings(predictor.get());

@@ -52,7 +52,8 @@ struct CameraTrackerOptions {
   // Readings outside [min, max] count as missing, as DepthOptions.
   float min_depth_m = 0.1F;
   float max_depth_m = 8;
-  // The pose of the first frame. Unless it is given, the camera starts level at the origin: it looks along the world's y axis, z is up.
+  // The pose of the first frame. Unless it is given, the camera starts level at the origin: it looks along the world's y axis, z
+  // is up.
   std::optional<Pose> start;
 };
 
@@ -68,8 +69,8 @@ class CameraTracker {
   // The pose of the next frame (its own is not looked at) in the map of all frames before it.
   CameraPose track(const Frame& frame, const VoxelMap& map);
 
-  // The poses of all frames that were tracked, if a loop changed them since the last call. The tracker goes on from these: the map
-  // must follow (Mapper::update_poses) before the next frame is tracked.
+  // The poses of all frames that were tracked, if a loop changed them since the last call. The tracker goes on from these: the
+  // map must follow (Mapper::update_poses) before the next frame is tracked.
   std::optional<std::vector<FramePose>> corrected_poses();
 
   std::vector<FramePose> trajectory() const;

@@ -46,11 +46,11 @@ struct RunSummary {
   bool complete = true;    // false: interrupted or failed, the map holds the frames so far
   std::string stopped_by;  // why, if not complete
   double wall_s = 0;
-  std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
-  std::optional<OnlineReport> online;    // of an online run
-  std::vector<Correction> corrections;   // of poses, in their order
+  std::uint64_t without_prediction = 0;    // frames used that had none, although there was a predictor
+  std::optional<OnlineReport> online;      // of an online run
+  std::vector<Correction> corrections;     // of poses, in their order
   std::optional<TrackingReport> tracking;  // of a run whose poses were tracked
-  bool pictures = true;                  // false: no views/; pictures that an earlier run left there are removed
+  bool pictures = true;                    // false: no views/; pictures that an earlier run left there are removed
 };
 
 // How much there is in what was written.

@@ -17,7 +17,8 @@ struct StampedPose {
   Pose world_from_camera = Pose::Identity();
 };
 
-// Reads `time tx ty tz qx qy qz qw` a line; lines that begin with # are left out. In the order of time. Throws Error naming the line.
+// Reads `time tx ty tz qx qy qz qw` a line; lines that begin with # are left out. In the order of time. Throws Error naming the
+// line.
 std::vector<StampedPose> read_trajectory(const std::filesystem::path& path);
 
 // Of errors; all zero if there are none.
@@ -32,9 +33,9 @@ struct ErrorStatistics {
 };
 
 struct TrajectoryScores {
-  std::size_t poses = 0;       // of the estimate
+  std::size_t poses = 0;  // of the estimate
   std::size_t true_poses = 0;
-  double way_m = 0;            // that the true camera went, from the first pair to the last
+  double way_m = 0;  // that the true camera went, from the first pair to the last
   // ATE: distances of the pairs after the rigid motion (no scale) that fits the estimate to the truth best (Horn 1987).
   ErrorStatistics absolute_m;
   Pose truth_from_estimate = Pose::Identity();
@@ -48,8 +49,8 @@ struct TrajectoryOptions {
   double step_s = 1;           // of the relative error
 };
 
-// Pairs are chosen as associate.py does: those closest in time first, each pose once. The relative error is that of evaluate_rpe.py
-// with --fixed_delta. REQUIRES both in the order of time. Throws Error if fewer than three poses have a partner.
+// Pairs are chosen as associate.py does: those closest in time first, each pose once. The relative error is that of
+// evaluate_rpe.py with --fixed_delta. REQUIRES both in the order of time. Throws Error if fewer than three poses have a partner.
 TrajectoryScores score_trajectory(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
                                   const TrajectoryOptions& options = {});
 

@@ -151,8 +151,9 @@ TrajectoryScores score_trajectory(const std::vector<StampedPose>& estimate, cons
   constexpr std::size_t kFewest = 3;
   const std::vector<Pair> pairs = associated(estimate, truth, options.most_apart_s);
   if (pairs.size() < kFewest) {
-    throw Error(fmt::format("{} of {} estimated poses have a true one within {} s, and it takes {}; are the time stamps of one clock?",
-                            pairs.size(), estimate.size(), options.most_apart_s, kFewest));
+    throw Error(
+        fmt::format("{} of {} estimated poses have a true one within {} s, and it takes {}; are the time stamps of one clock?",
+                    pairs.size(), estimate.size(), options.most_apart_s, kFewest));
   }
   TrajectoryScores scores;
   scores.poses = estimate.size();

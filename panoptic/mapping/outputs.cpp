@@ -100,7 +100,9 @@ Json to_json(const Correction& c) {
 }
 
 Json to_json(const TrackingSpan& span) {
-  Json json = {{"state", to_text(span.state)}, {"first_frame", span.first_frame}, {"last_frame", span.last_frame},
+  Json json = {{"state", to_text(span.state)},
+               {"first_frame", span.first_frame},
+               {"last_frame", span.last_frame},
                {"frames", span.frames}};
   if (span.state == TrackingState::kLost) {
     json["reason"] = span.reason;
@@ -111,8 +113,8 @@ Json to_json(const TrackingSpan& span) {
 }
 
 Json to_json(const TrackingReport& t) {
-  Json json = {{"tracked", t.tracked}, {"lost", t.lost}, {"keyframes", t.keyframes}, {"mean_quality", t.mean_quality},
-               {"loops", t.loops.size()}, {"spans", Json::array()}};
+  Json json = {{"tracked", t.tracked},           {"lost", t.lost},          {"keyframes", t.keyframes},
+               {"mean_quality", t.mean_quality}, {"loops", t.loops.size()}, {"spans", Json::array()}};
   for (const TrackingSpan& span : t.spans) json["spans"].push_back(to_json(span));
   return json;
 }

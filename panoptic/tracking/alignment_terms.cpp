@@ -12,10 +12,10 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kParts = 8;       // summed one by one, then in order, so that threads do not matter
-constexpr float kGreyNoise = 6;         // standard deviation of a difference in brightness, from one frame to another
+constexpr std::size_t kParts = 8;  // summed one by one, then in order, so that threads do not matter
+constexpr float kGreyNoise = 6;    // standard deviation of a difference in brightness, from one frame to another
 constexpr float kSigmas = 3;
-constexpr float kHidden = 0.05F;        // of its depth: a point that lies deeper than the reading there is hidden
+constexpr float kHidden = 0.05F;  // of its depth: a point that lies deeper than the reading there is hidden
 
 void add(SurfaceSums& a, const SurfaceSums& b) {
   a.sums.add(b.sums);
@@ -55,8 +55,8 @@ std::array<float, 6> with_moment(const Vec3f& force, const Vec3f& at) {
   return {force.x(), force.y(), force.z(), moment.x(), moment.y(), moment.z()};
 }
 
-void add_surface(SurfaceSums& sums, const DepthPoint& point, const SurfaceSample& surface, const Eigen::Matrix3f& camera_from_world,
-                 float wide_m) {
+void add_surface(SurfaceSums& sums, const DepthPoint& point, const SurfaceSample& surface,
+                 const Eigen::Matrix3f& camera_from_world, float wide_m) {
   const float sigma_m = depth_noise_m(point.in_camera.z());
   const float weight = robust(surface.distance_m, std::max(wide_m, kSigmas * sigma_m)) / (sigma_m * sigma_m);
   sums.sums.add(with_moment(camera_from_world * surface.normal, point.in_camera), surface.distance_m, weight);
@@ -93,7 +93,8 @@ struct GreyView {
     const float v = fy * q.y() / q.z() + static_cast<float>(level.camera.cy);
     if (!is_inside(level.grey, u, v) || is_hidden(p)) return;
     const GreySample s = sample(level.grey, u, v);
-    const Vec3f by_color(s.right * fx / q.z(), s.down * fy / q.z(), -(s.right * fx * q.x() + s.down * fy * q.y()) / (q.z() * q.z()));
+    const Vec3f by_color(s.right * fx / q.z(), s.down * fy / q.z(),
+                         -(s.right * fx * q.x() + s.down * fy * q.y()) / (q.z() * q.z()));
     const Vec3f by_camera = color_from_depth.linear().transpose() * by_color;
     const std::array<float, 6> motion = with_moment(-by_camera, p);
     const float residual = s.value - (1 + static_cast<float>(exposure.gain)) * point.grey - static_cast<float>(exposure.offset);

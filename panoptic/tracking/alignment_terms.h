@@ -19,8 +19,8 @@ struct SurfaceSums {
   LeastSquares<6> sums;
   std::size_t readings = 0;
   std::size_t near_surface = 0;
-  std::size_t agreeing = 0;      // within three standard deviations
-  double agreeing_squares = 0;   // of their distances, m^2
+  std::size_t agreeing = 0;     // within three standard deviations
+  double agreeing_squares = 0;  // of their distances, m^2
 };
 
 // Distances of points from the map's surface. One counts less the more it exceeds `wide_m` and three standard deviations.

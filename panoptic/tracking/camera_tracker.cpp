@@ -10,19 +10,21 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kLeastReadings = 400;      // of about 19,000 that are compared
-constexpr double kLeastSurfaceShare = 0.1;       // of these near surface of the map
-constexpr double kLeastAgreeingShare = 0.6;      // of those on it
+constexpr std::size_t kLeastReadings = 400;  // of about 19,000 that are compared
+constexpr double kLeastSurfaceShare = 0.1;   // of these near surface of the map
+constexpr double kLeastAgreeingShare = 0.6;  // of those on it
 constexpr std::size_t kFewGreyPoints = 100;
 constexpr double kLeastCorrelation = 0.4;
 // A new keyframe every so far, so that its neighbours still show most of what it shows.
 constexpr double kKeyframeDistance_m = 0.25;
 constexpr double kKeyframeAngle_rad = 0.26;
 constexpr double kKeyframeCompared = 0.5;
-constexpr std::size_t kRecent = 8;               // keyframes that follow one another directly: no loops
-constexpr double kLoopTolerance_m = 0.015;       // the poses fit a loop this well: nothing to correct
+constexpr std::size_t kRecent = 8;          // keyframes that follow one another directly: no loops
+constexpr double kLoopTolerance_m = 0.015;  // the poses fit a loop this well: nothing to correct
 constexpr double kLoopTolerance_rad = 0.012;
-constexpr double kDriftShare = 0.1;              // of the way since: no tracker drifts more
+constexpr double kLoopNoise_m = 0.02;  // two looks from different sides are compared less well than neighbours
+constexpr double kLoopNoise_rad = 0.01;
+constexpr double kDriftShare = 0.1;  // of the way since: no tracker drifts more
 constexpr double kDrift_m = 0.2;
 
 // The camera level at the origin, looking along y, z up.
@@ -39,7 +41,8 @@ std::string trouble(const Alignment& a) {
   if (a.readings < kLeastReadings) return "too few depth readings";
   if (a.surface_share < kLeastSurfaceShare) return "hardly anything that the map shows is in view";
   if (a.agreeing_share < kLeastAgreeingShare) return "the depth image does not fit the map";
-  if (a.grey_points >= kFewGreyPoints && a.grey_correlation < kLeastCorrelation) return "the colour image does not fit the last keyframe";
+  if (a.grey_points >= kFewGreyPoints && a.grey_correlation < kLeastCorrelation)
+    return "the colour image does not fit the last keyframe";
   return "";
 }
 
@@ -169,7 +172,8 @@ CameraPose CameraTracker::Parts::find_again(const Frame& frame, const Pyramid& p
 }
 
 void CameraTracker::Parts::take(const Frame& frame, const Pyramid& pyramid, const CameraPose& pose) {
-  if (pose.state == TrackingState::kBegun || is_keyframe_due(pose.world_from_camera)) add_keyframe(frame, pyramid, pose.world_from_camera);
+  if (pose.state == TrackingState::kBegun || is_keyframe_due(pose.world_from_camera))
+    add_keyframe(frame, pyramid, pose.world_from_camera);
   frames_.push_back({frame.index, frame.time_s, keyframes_.size() - 1, pose.world_from_camera});
 }
 
@@ -185,7 +189,8 @@ void CameraTracker::Parts::add_keyframe(const Frame& frame, const Pyramid& pyram
   keyframes_.push_back(std::move(keyframe));
   if (added > 0) {
     edges_.push_back({added - 1, added, keyframes_[added - 1].grey.world_from_camera.inverse() * pose});
-    if (reference_ != added - 1) edges_.push_back({reference_, added, keyframes_[reference_].grey.world_from_camera.inverse() * pose});
+    if (reference_ != added - 1)
+      edges_.push_back({reference_, added, keyframes_[reference_].grey.world_from_camera.inverse() * pose});
   }
   reference_ = added;
   compared_share_ = 1;
@@ -211,6 +216,8 @@ void CameraTracker::Parts::look_for_loops(const Sighting& sighting, std::size_t 
     const PoseDifference off = difference(earlier.grey.world_from_camera * found.keyframe_from_frame, pose);
     if (off.distance_m > kDrift_m + kDriftShare * way_m(found.keyframe, keyframe)) continue;
     PoseEdge edge{found.keyframe, keyframe, found.keyframe_from_frame};
+    edge.distance_noise_m = kLoopNoise_m;
+    edge.angle_noise_rad = kLoopNoise_rad;
     edge.may_be_wrong = true;
     edges_.push_back(edge);
     const bool is_off = off.distance_m > kLoopTolerance_m || off.angle_rad > kLoopTolerance_rad;

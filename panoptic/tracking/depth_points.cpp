@@ -18,6 +18,13 @@ std::vector<DepthPoint> depth_points(const Frame& frame, const DepthRange& range
   return points;
 }
 
+std::vector<DepthPoint> smooth_points(const Frame& frame, const DepthRange& range, int stride) {
+  constexpr int kReach_px = 3;
+  std::vector<DepthPoint> points = depth_points(frame, range, stride);
+  std::erase_if(points, [&](const DepthPoint& p) { return !is_smooth(frame.depth, p.u, p.v, kReach_px); });
+  return points;
+}
+
 bool is_smooth(const ImageView<float>& depth, int u, int v, int stride) {
   if (u < stride || v < stride || u + stride >= depth.width() || v + stride >= depth.height()) return false;
   constexpr float kStep = 0.1F;

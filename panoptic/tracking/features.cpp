@@ -14,12 +14,12 @@ namespace panoptic {
 namespace {
 
 constexpr int kMostFeatures = 400;
-constexpr double kQuality = 0.01;     // of the strongest corner
+constexpr double kQuality = 0.003;  // of the strongest corner
 constexpr double kApart_px = 5;
-constexpr float kPatch_m = 0.1F;      // radius of what a descriptor looks at
-constexpr float kPatch_px = 12;       // the same in the level of the pyramid that it is looked up in, at least two thirds of it
+constexpr float kPatch_m = 0.1F;  // radius of what a descriptor looks at
+constexpr float kPatch_px = 12;   // the same in the level of the pyramid that it is looked up in, at least two thirds of it
 constexpr int kBits = 256;
-constexpr int kMostDifferent = 64;    // bits, between two views of one point
+constexpr int kMostDifferent = 64;  // bits, between two views of one point
 constexpr float kClearly = 0.85F;
 
 struct Comparison {
@@ -93,7 +93,9 @@ Descriptor describe(const Patch& patch) {
   const float angle = direction(patch);
   const float c = patch.radius_px * std::cos(angle);
   const float s = patch.radius_px * std::sin(angle);
-  const auto value = [&](float x, float y) { return sample(*patch.grey, patch.u + c * x - s * y, patch.v + s * x + c * y).value; };
+  const auto value = [&](float x, float y) {
+    return sample(*patch.grey, patch.u + c * x - s * y, patch.v + s * x + c * y).value;
+  };
   Descriptor descriptor{};
   for (std::size_t i = 0; i < kBits; ++i) {
     const Comparison& p = comparisons[i];

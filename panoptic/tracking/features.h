@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Corners of an image that can be found again from elsewhere: Shi and Tomasi's corners, each with a binary descriptor in the manner
-// of ORB (Rublee et al. 2011). Depth gives their size, so that no pyramid of scales is needed.
+// Corners of an image that can be found again from elsewhere: Shi and Tomasi's corners, each with a binary descriptor in the
+// manner of ORB (Rublee et al. 2011). Depth gives their size, so that no pyramid of scales is needed.
 #pragma once
 
 #include <array>

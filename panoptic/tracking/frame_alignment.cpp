@@ -25,13 +25,16 @@ struct Pass {
 };
 constexpr std::array<Pass, kGreyLevels> kPasses = {{{40, 0, 0.05F, 6}, {80, 1, 0.02F, 4}, {160, 2, 0.0F, 3}}};
 
-// Where the surface does not hold the camera, it is taken to move as it did: as if that were known to this.
-constexpr double kPriorDistance_m = 0.02;
-constexpr double kPriorAngle_rad = 0.02;
+// Where neither surface nor brightness holds the camera, it is taken to move as it did: as if that were known to this.
+constexpr double kPriorDistance_m = 0.01;
+constexpr double kPriorAngle_rad = 0.01;
+// The readings of a frame share the errors of map and sensor: all together are worth this many independent ones.
+constexpr double kIndependent = 100;
 constexpr double kPriorGain = 0.2;
 constexpr double kPriorOffset = 20;
-// The normals of a plane are off by some degrees, so that even where nothing holds the camera they seem to, by the square of that.
-constexpr double kNormalNoise = 0.01;
+// The normals of a plane are off by some degrees, so that even where nothing holds the camera they seem to, by the square of
+// that.
+constexpr double kNormalNoise = 0.003;
 constexpr double kConvergedDistance_m = 1e-5;
 
 double typical_depth_m(const std::vector<DepthPoint>& points) {
@@ -89,6 +92,9 @@ Step step_from(const SurfaceSums& surface, const GreySums& grey, const Vector6d&
   Vector8d right = grey.sums.right_side();
   all.topLeftCorner<6, 6>() += products;
   right.head<6>() += right_side;
+  const double worth = kIndependent / static_cast<double>(std::max<std::size_t>({surface.sums.count, grey.sums.count, 1}));
+  all *= worth;
+  right *= worth;
   add_prior(all, right, off, exposure);
   return {-all.ldlt().solve(right), all.topLeftCorner<6, 6>()};
 }
@@ -114,9 +120,10 @@ Alignment align(const AlignmentTask& task, const Pose& start) {
   Alignment alignment;
   for (const Pass& pass : kPasses) {
     const std::vector<DepthPoint> points =
-        depth_points(task.frame, task.range, std::max(1, task.frame.depth.width() / pass.across));
+        smooth_points(task.frame, task.range, std::max(1, task.frame.depth.width() / pass.across));
     const double depth_m = typical_depth_m(points);
-    const bool compares = task.reference != nullptr && !task.pyramid.empty() && task.reference->levels.size() == task.pyramid.size();
+    const bool compares =
+        task.reference != nullptr && !task.pyramid.empty() && task.reference->levels.size() == task.pyramid.size();
     for (int n = 0; n <= pass.steps; ++n) {
       const SurfaceSums surface = surface_terms(points, task.map, state.pose, pass.wide_m);
       const GreySums grey =

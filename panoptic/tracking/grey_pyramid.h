@@ -12,7 +12,7 @@
 namespace panoptic {
 
 struct GreyLevel {
-  Camera camera;  // the colour camera at this size
+  Camera camera;      // the colour camera at this size
   Image<float> grey;  // 0 to 255
 };
 

@@ -36,9 +36,9 @@ struct Recognition {
   double correlation = 0;
 };
 
-// The keyframes among the first `count` that show what the frame shows, at most `most`, those with the most features in common first.
-// Features are compared, then brightness and depth of the whole view. The map is not asked, so that what is wrong with it does not
-// matter.
+// The keyframes among the first `count` that show what the frame shows, at most `most`, those with the most features in common
+// first. Features are compared, then brightness and depth of the whole view. The map is not asked, so that what is wrong with it
+// does not matter.
 std::vector<Recognition> recognise_among(const Sighting& sighting, const std::vector<Keyframe>& keyframes, std::size_t count,
                                          std::size_t most);
 

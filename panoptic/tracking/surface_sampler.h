@@ -13,15 +13,15 @@
 namespace panoptic {
 
 struct SurfaceSample {
-  float distance_m = 0;              // signed, positive in front of the surface
-  Vec3f normal = Vec3f::UnitZ();     // world, away from the surface
+  float distance_m = 0;           // signed, positive in front of the surface
+  Vec3f normal = Vec3f::UnitZ();  // world, away from the surface
 };
 
 // Interpolates between the eight voxels around a point. One per thread; make a new one after the map changed.
 class SurfaceSampler {
  public:
-  explicit SurfaceSampler(const VoxelMap& map) : lookup_(map), per_voxel_(1.0 / double{map.voxel_size_m()}),
-    voxel_m_(map.voxel_size_m()) {}
+  explicit SurfaceSampler(const VoxelMap& map)
+      : lookup_(map), per_voxel_(1.0 / double{map.voxel_size_m()}), voxel_m_(map.voxel_size_m()) {}
 
   // False where one of the eight voxels was never observed, or the distances there do not grow towards a side: far from
   // surfaces, and between two.
