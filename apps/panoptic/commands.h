@@ -49,6 +49,14 @@ class Predictor;
 struct PredictorReport;
 std::unique_ptr<Dataset> open_checked(const Arguments& arguments);
 
+// The same for a run, which tracks the camera if it is asked to, or if the recording has no poses: then its frames have none.
+struct OpenedRecording {
+  std::unique_ptr<Dataset> dataset;
+  std::unique_ptr<Dataset> given;  // a tracked recording with its own poses; nullptr: it has none
+  bool is_tracked = false;
+};
+OpenedRecording open_to_map(const Arguments& arguments);
+
 // Tells the warnings of a predictor, if there is one, that were not told yet; at the end of a run its notes too, and returns its
 // report.
 void tell_warnings(Predictor* predictor);

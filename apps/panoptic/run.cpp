@@ -251,7 +251,7 @@ Options with_swap_folder(Options options, const std::string& output) {
 }
 
 // A log of the frames is kept where something can come of it.
-Options with_log(Options options, const Arguments& arguments) {
+Options with_log(Options options, const Arguments& arguments, bool is_tracked) {
   if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || arguments.track))
     options.map.log = "reference";
   return options;
@@ -279,10 +279,11 @@ int run(const Arguments& arguments) {
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
   const std::vector<PoseUpdates> pose_updates = pose_updates_from(arguments);
-  const Options placed = with_log(with_swap_folder(options, arguments.output), arguments);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const auto dataset = open_checked(arguments);
+  const OpenedRecording opened = open_to_map(arguments);
+  const auto& dataset = opened.dataset;
+  const Options placed = with_log(with_swap_folder(options, arguments.output), arguments, opened.is_tracked);
   const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options, *dataset);
   Mapper mapper(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;
@@ -304,7 +305,7 @@ int run(const Arguments& arguments) {
   MappingResult result = [&] {
     Progress progress("frames", range.count(dataset->size()));
     std::optional<RunTracker> tracker;
-    if (arguments.track) tracker.emplace(CameraTrackerOptions{options.depth.min_m, options.depth.max_m, {}}, true);
+    if (opened.is_tracked) tracker.emplace(CameraTrackerOptions{options.depth.min_m, options.depth.max_m, {}});
     const MappingRun run{*dataset,
                          range,
                          predictor.get(),
@@ -312,6 +313,7 @@ int run(const Arguments& arguments) {
                          checkpoints.get(),
                          pose_updates,
                          tracker ? &*tracker : nullptr,
+                         opened.given.get(),
                          [&](std::size_t done) {
                            progress.advance(done);
                            tell_warnings(predictor.get());

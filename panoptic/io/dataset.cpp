@@ -4,12 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
+#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_order.h"
 #include "panoptic/io/recording_list.h"
 #include "panoptic/io/sens.h"
@@ -22,10 +24,11 @@ namespace fs = std::filesystem;
 struct FolderFormat {
   const char* looked_for = "";
   std::optional<FileRecording> (*recognise)(const fs::path& folder) = nullptr;
-  std::optional<FileRecording> (*recognise_by_time)(const fs::path& folder, const PairingOptions& pairing) = nullptr;
+  std::optional<FileRecording> (*recognise_as)(const fs::path& folder, const PairingOptions& pairing) = nullptr;
+  bool is_paired_by_time = false;
 
   std::optional<FileRecording> operator()(const fs::path& folder, const PairingOptions& pairing) const {
-    return recognise_by_time != nullptr ? recognise_by_time(folder, pairing) : recognise(folder);
+    return recognise_as != nullptr ? recognise_as(folder, pairing) : recognise(folder);
   }
 };
 
@@ -34,12 +37,12 @@ constexpr std::array<FolderFormat, 8> kFolderFormats = {{
     {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
     {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
     {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
-    {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum},
+    {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum, true},
     {"Replica (traj.txt, results/)", recognise_replica},
     {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", recognise_sun3d},
-    {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF",
+    {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF", nullptr,
      recognise_plain_folder},
-    {"flat folder (00000.jpg, 00000.png, 00000.txt, intrinsic.txt)", recognise_flat_folder},
+    {"flat folder (00000.jpg, 00000.png, 00000.txt, intrinsic.txt)", nullptr, recognise_flat_folder},
 }};
 
 fs::path without_trailing_slash(const fs::path& path) {
@@ -71,6 +74,30 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
                           path.string(), format));
 }
 
+void forget_poses(FileRecording& recording) {
+  for (FileFrame& frame : recording.frames) {
+    frame.pose = Eigen::Matrix4d::Identity();
+    if (frame.problem.starts_with("no pose")) frame.problem.clear();
+  }
+  recording.other_order = {};
+}
+
+void require_poses(const FileRecording& recording) {
+  const auto has_pose = [](const FileFrame& frame) { return frame.pose || !frame.pose_file.empty(); };
+  if (recording.frames.empty() || std::any_of(recording.frames.begin(), recording.frames.end(), has_pose)) return;
+  throw NoPoses(
+      fmt::format("{}: {} recording without poses; panoptic run --track finds them", recording.root.string(), recording.format));
+}
+
+// Says so where a folder would be a recording, had it poses.
+void refuse_without_poses(const fs::path& path, const PairingOptions& pairing) {
+  if (pairing.without_poses) return;
+  for (const auto& recognise : {recognise_plain_folder, recognise_flat_folder}) {
+    const auto recording = recognise(path, {.tolerance_s = {}, .without_poses = true});
+    if (recording && !recording->frames.empty()) require_poses(*recording);
+  }
+}
+
 std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& calibration, const PairingOptions& pairing) {
   if (!is_there(path)) throw Error(fmt::format("{}: no such file or folder; give the path of a recording", path.string()));
   if (const auto sens = find_sens_file(path)) {
@@ -81,12 +108,22 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
   for (const FolderFormat& format : kFolderFormats) {
     std::optional<FileRecording> recording = format(path, pairing);
     if (!recording) continue;
-    if (pairing.tolerance_s && format.recognise_by_time == nullptr) refuse_pairing(path, recording->format);
+    if (pairing.tolerance_s && !format.is_paired_by_time) refuse_pairing(path, recording->format);
     if (!calibration.empty()) read_calibration(calibration, recording->calibration);
+    pairing.without_poses ? forget_poses(*recording) : require_poses(*recording);
     settle_pose_order(*recording);
     return std::make_unique<FileDataset>(std::move(*recording));
   }
+  refuse_without_poses(path, pairing);
   not_recognised(path);
+}
+
+std::unique_ptr<Dataset> open_readable(const fs::path& path, const fs::path& calibration, const PairingOptions& pairing) {
+  try {
+    return open_absolute(without_trailing_slash(path), calibration, pairing);
+  } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
+    throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));
+  }
 }
 
 }  // namespace
@@ -104,11 +141,15 @@ std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& ca
       return open_recording(r.recording, r.calibration, r.pair_tolerance_s);
     });
   }
-  try {
-    return open_absolute(without_trailing_slash(path), calibration, {pair_tolerance_s});
-  } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
-    throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));
+  return open_readable(path, calibration, {.tolerance_s = pair_tolerance_s});
+}
+
+std::unique_ptr<Dataset> open_without_poses(const fs::path& path, const fs::path& calibration,
+                                            std::optional<double> pair_tolerance_s) {
+  if (is_recording_list(path)) {
+    throw Error(fmt::format("{}: a list of recordings, and a camera is tracked in one; name one of them", path.string()));
   }
+  return open_readable(path, calibration, {.tolerance_s = pair_tolerance_s, .without_poses = true});
 }
 
 }  // namespace panoptic

@@ -12,9 +12,9 @@
 
 namespace panoptic {
 
-// How images are paired whose time stamps do not agree.
 struct PairingOptions {
-  std::optional<double> tolerance_s;  // nothing: what suits the format
+  std::optional<double> tolerance_s;  // how far apart the time stamps of a pair may be; nothing: what suits the format
+  bool without_poses = false;         // poses are not looked for
 };
 
 std::optional<FileRecording> recognise_scannet_export(const std::filesystem::path& folder);      // the Python exporter's
@@ -24,8 +24,8 @@ std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder, 
 std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);  // NICE-SLAM layout
 std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder);
 // Also Open3D's recorder and Semantic-NeRF.
-std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder);
-std::optional<FileRecording> recognise_flat_folder(const std::filesystem::path& folder);
+std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder, const PairingOptions& pairing);
+std::optional<FileRecording> recognise_flat_folder(const std::filesystem::path& folder, const PairingOptions& pairing);
 
 // The list of poses of a plain or flat folder, under one of its usual names, relative to the folder.
 std::optional<std::string> pose_file_in(const std::filesystem::path& folder);

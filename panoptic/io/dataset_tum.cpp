@@ -14,6 +14,7 @@
 #include "panoptic/io/camera_file.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
+#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_list.h"
 
 namespace panoptic {
@@ -338,11 +339,11 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder, const Pairing
   const bool in_folders = icl && is_folder(folder / "rgb") && is_folder(folder / "depth");
   if (!separate && !associations && !in_folders) return std::nullopt;
   const fs::path trajectory = icl.value_or(folder / "groundtruth.txt");
-  if (!is_there(trajectory)) {
-    throw Error(
-        fmt::format("{}: TUM RGB-D recording without groundtruth.txt; the map needs poses, put a trajectory there "
-                    "('time tx ty tz qx qy qz qw' a line)",
-                    folder.string()));
+  if (!pairing.without_poses && !is_there(trajectory)) {
+    throw NoPoses(fmt::format(
+        "{}: TUM RGB-D recording without groundtruth.txt; put a trajectory there ('time tx ty tz qx qy qz qw' a line), "
+        "or let panoptic run --track find the poses",
+        folder.string()));
   }
   FileRecording recording{icl ? "ICL-NUIM" : "TUM RGB-D", folder, {}, {}};
   set_camera(recording, icl.has_value());
@@ -350,6 +351,10 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder, const Pairing
                            : associations ? read_associations(folder / *associations)
                                           : list_numbered_folders(folder);
   if (!lists.assumed.empty()) recording.assumed.push_back(lists.assumed);
+  if (pairing.without_poses) {
+    recording.frames = frames_of(lists, {});
+    return recording;
+  }
   const std::vector<StampedPose> poses = read_poses(trajectory);
   recording.frames = frames_of(lists, poses);
   require_one_clock(folder, lists, poses, recording.frames);

@@ -74,10 +74,11 @@ class PoseCorrector {
 };
 
 // False if the camera is lost: then the frame counts as skipped.
-bool locate(Frame& frame, const MappingRun& run, RunRecorder& recorder) {
+bool locate(Frame& frame, std::size_t position, const MappingRun& run, RunRecorder& recorder) {
   if (run.tracker == nullptr) return true;
   const Stopwatch tracking;
-  const Outcome located = run.tracker->locate(frame, run.mapper.map().voxels);
+  const auto given = run.given_poses != nullptr ? run.given_poses->pose(position) : std::nullopt;
+  const Outcome located = run.tracker->locate(frame, run.mapper.map().voxels, given);
   run.mapper.profile().add("locate", tracking.seconds());
   if (located.used) return true;
   run.mapper.skip({frame.index, located.reason});
@@ -86,7 +87,6 @@ bool locate(Frame& frame, const MappingRun& run, RunRecorder& recorder) {
 }
 
 void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
-  if (!locate(read, run, recorder)) return;
   const auto frame = std::make_shared<const Frame>(publisher != nullptr ? kept(std::move(read)) : std::move(read));
   const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
   const Outcome outcome = run.mapper.add(*frame, *segmentation);
@@ -108,13 +108,14 @@ std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublish
     if (!read) break;
     run.mapper.profile().add("read", waiting.seconds());
     const std::int64_t frame = read->frame ? read->frame->index : read->skipped.index;
-    if (read->frame) {
+    const std::size_t position = run.range.begin + done * run.range.step;
+    if (read->frame && locate(*read->frame, position, run, recorder)) {
       map_frame(std::move(*read->frame), run, recorder, publisher);
-    } else {
+    } else if (!read->frame) {
       run.mapper.skip(read->skipped);
       recorder.not_given({.frame = read->skipped.index, .unused_because = read->skipped.reason});
     }
-    corrector.passed(frame, run.range.begin + done * run.range.step);
+    corrector.passed(frame, position);
     recorder.save_if_due(run.mapper);
   }
   corrector.apply_all();

@@ -8,8 +8,8 @@
 
 namespace panoptic {
 
-Outcome RunTracker::locate(Frame& frame, const VoxelMap& map) {
-  if (has_poses_) report_.given.push_back({frame.index, frame.time_s, frame.world_from_camera});
+Outcome RunTracker::locate(Frame& frame, const VoxelMap& map, const std::optional<Pose>& given) {
+  if (given) report_.given.push_back({frame.index, frame.time_s, *given});
   frame.world_from_camera = Pose::Identity();
   if (Outcome outcome = check(frame); !outcome.used) return outcome;
   const CameraPose pose = tracker_.track(frame, map);

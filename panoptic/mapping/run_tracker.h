@@ -4,6 +4,7 @@
 // Tracks the camera of a run: every frame gets its pose before it is mapped, and the map follows when a loop corrects poses.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "panoptic/camera_tracker.h"
@@ -15,11 +16,11 @@ namespace panoptic {
 
 class RunTracker {
  public:
-  // `has_poses`: the recording gives some, to be compared with at the end.
-  RunTracker(const CameraTrackerOptions& options, bool has_poses) : tracker_(options), has_poses_(has_poses) {}
+  explicit RunTracker(const CameraTrackerOptions& options) : tracker_(options) {}
 
-  // Sets the pose of the next frame. Refused where the camera is lost: the frame must not be mapped.
-  Outcome locate(Frame& frame, const VoxelMap& map);
+  // Sets the pose of the next frame. Refused where the camera is lost: the frame must not be mapped. `given`: the pose that the
+  // recording gives, for the report alone.
+  Outcome locate(Frame& frame, const VoxelMap& map, const std::optional<Pose>& given);
 
   // The poses that the map must follow before the next frame; none if nothing was corrected.
   std::vector<PoseUpdate> corrections();
@@ -30,7 +31,6 @@ class RunTracker {
   void count(std::int64_t frame, const CameraPose& pose);
 
   CameraTracker tracker_;
-  bool has_poses_;
   TrackingReport report_;
   double quality_sum_ = 0;
 };
