@@ -306,19 +306,13 @@ int run(const Arguments& arguments) {
     Progress progress("frames", range.count(dataset->size()));
     std::optional<RunTracker> tracker;
     if (opened.is_tracked) tracker.emplace(CameraTrackerOptions{options.depth.min_m, options.depth.max_m, {}});
-    const MappingRun run{*dataset,
-                         range,
-                         predictor.get(),
-                         mapper,
-                         checkpoints.get(),
-                         pose_updates,
-                         tracker ? &*tracker : nullptr,
-                         opened.given.get(),
-                         [&](std::size_t done) {
-                           progress.advance(done);
-                           tell_warnings(predictor.get());
-                           return !interrupted();
-                         }};
+    MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, [&](std::size_t done) {
+                     progress.advance(done);
+                     tell_warnings(predictor.get());
+                     return !interrupted();
+                   }};
+    run.tracker = tracker ? &*tracker : nullptr;
+    run.given_poses = opened.given.get();
     if (arguments.online) return map_online(run, arguments.speed.value_or(1), options.online, latest);
     std::optional<LoopPublisher> publisher;
     if (viewer) publisher.emplace(mapper, latest, range.count(dataset->size()));

@@ -34,11 +34,11 @@ struct MappingRun {
   Checkpoints* checkpoints = nullptr;  // of the map file; nullptr: none is kept
   // Applied after their frames, in their order, and what is left before the end; not online.
   std::span<const PoseUpdates> pose_updates = {};
+  // Called with the number of positions done, before each; false: the run is to end there.
+  std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };
   // Gives the frames their poses, in place of the dataset's; nullptr: those of the dataset count. Not online.
   RunTracker* tracker = nullptr;
   const Dataset* given_poses = nullptr;  // the recording with its own poses, for the report of the tracker; nullptr: it has none
-  // Called with the number of positions done, before each; false: the run is to end there.
-  std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };
 };
 
 // A failure is not thrown: what was mapped before is worth keeping.

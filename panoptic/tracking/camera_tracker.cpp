@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kLeastReadings = 400;  // of about 19,000 that are compared
 constexpr double kLeastSurfaceShare = 0.1;   // of these near surface of the map
-constexpr double kLeastAgreeingShare = 0.6;  // of those on it
+constexpr double kLeastAgreeingShare = 0.45;  // of those on it
 constexpr std::size_t kFewGreyPoints = 100;
 constexpr double kLeastCorrelation = 0.4;
 // A new keyframe every so far, so that its neighbours still show most of what it shows.
