@@ -123,6 +123,14 @@ The arrays are views that cannot be written to.)")
           },
           "(V, 3) float32, metres.")
       .def_property_readonly(
+          "colors",
+          [](const py::object& self) {
+            const auto& colors = self.cast<const ScanTruth&>().colors;
+            const std::uint8_t* first = colors.empty() ? nullptr : &colors.front().r;
+            return view(first, {static_cast<py::ssize_t>(colors.size()), 3}, {py::ssize_t{sizeof(Rgb)}, 1}, self);
+          },
+          "(V, 3) uint8, red first.")
+      .def_property_readonly(
           "triangles",
           [](const py::object& self) {
             const auto& triangles = self.cast<const ScanTruth&>().triangles;
