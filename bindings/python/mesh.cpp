@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "bindings/python/arrays.h"
+#include "bindings/python/directions.h"
 #include "bindings/python/labels.h"
 #include "panoptic/outputs.h"
 
@@ -44,7 +45,7 @@ py::array triangles(const py::object& self) {
 
 void save(const LabelledMesh& mesh, const std::filesystem::path& path, const py::object& up) {
   std::optional<Vec3d> upwards;
-  if (!up.is_none()) upwards = point_from(up, "up");
+  if (!up.is_none()) upwards = direction_from(up, "up");
   if (path.extension() == ".ply") {
     if (upwards) throw Error(fmt::format("{}: a PLY keeps the axes of the map: leave out up", path.string()));
     released([&] { write_ply(path, mesh.mesh); });
@@ -56,7 +57,7 @@ void save(const LabelledMesh& mesh, const std::filesystem::path& path, const py:
 }
 
 void save_views(const LabelledMesh& mesh, const std::filesystem::path& folder, const py::object& up) {
-  const Vec3d upwards = point_from(up, "up");
+  const Vec3d upwards = direction_from(up, "up");
   released([&] { write_views(folder, mesh.mesh, upwards, mesh.labels); });
 }
 

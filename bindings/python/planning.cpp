@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bindings/python/arrays.h"
+#include "bindings/python/directions.h"
 #include "panoptic/floor_grids.h"
 
 namespace panoptic::python {
@@ -23,10 +24,18 @@ using Bands = std::vector<std::pair<double, double>>;
 
 UpFrame frame_of(const MapView& view, const py::object& up) {
   std::optional<Vec3d> upwards;
-  if (!up.is_none()) upwards = point_from(up, "up");
+  if (!up.is_none()) upwards = direction_from(up, "up");
   const Use use(*view.use);
   if (!upwards) upwards = up_of(view);
   return released([&] { return up_frame(view.map, upwards); });
+}
+
+// Cells have whole numbers, and samples of the surface single precision: a millimetre so far out.
+UpFrame frame_from(const py::object& matrix) {
+  constexpr double kFarthest_m = 1e4;
+  const Pose pose = pose_from(matrix, "grid_from_world");
+  if (pose.translation().cwiseAbs().maxCoeff() <= kFarthest_m) return UpFrame{pose};
+  throw Error("grid_from_world moves the map farther than 10 km: take an origin that is nearer");
 }
 
 py::array moved(const Pose& pose, const py::object& points) {
@@ -115,7 +124,7 @@ class StepWatch {
 py::dict plan(const fs::path& folder, const MapView& view, const AgentSize& agent, const Bands& bands, const py::object& start,
               const py::object& goal, const py::object& up, const py::object& progress) {
   PlanOptions options{agent, bands_of(bands), journey_of(start, goal), {}};
-  if (!up.is_none()) options.up = point_from(up, "up");
+  if (!up.is_none()) options.up = direction_from(up, "up");
   const Use use(*view.use);
   if (!options.up) options.up = up_of(view);
   StepWatch watch(progress);
@@ -136,8 +145,7 @@ void bind_frame(py::module_& m) {
   py::class_<UpFrame>(m, "UpFrame", R"(The grid frame of a map: z is up and the floor lies near z = 0. Metres.
 
 up_frame gives a map's own. UpFrame(grid_from_world) is one that somebody else decided on, for example the frame of a robot.)")
-      .def(py::init([](const py::object& matrix) { return UpFrame{pose_from(matrix, "grid_from_world")}; }),
-           py::arg("grid_from_world"))
+      .def(py::init(&frame_from), py::arg("grid_from_world"))
       .def_property_readonly(
           "grid_from_world", [](const UpFrame& f) { return matrix_of(f.grid_from_world); }, "(4, 4) float64.")
       .def_property_readonly(

@@ -20,7 +20,7 @@ from unittest import mock
 import numpy as np
 
 import panoptic as pf
-from home import LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, run_program, scratch, small_mapper
+from home import LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, release_only, run_program, scratch, small_mapper
 
 EXAMPLES = SOURCE / "examples/python"
 
@@ -95,6 +95,8 @@ class Pictures(unittest.TestCase):
         self.assertEqual(len(names), 9, names)
         with self.assertRaisesRegex(pf.Error, "up is"):
             mapped().mesh().save_views(scratch() / "views", [0, 0])
+        with self.assertRaisesRegex(pf.Error, "direction"):
+            mapped().mesh().save(scratch() / "views.glb", up=[0, 0, 0])
 
 
 class Scores(unittest.TestCase):
@@ -132,6 +134,8 @@ class Scores(unittest.TestCase):
                                             (truth.class_id[:, None], truth.instance, "whole number")):
             with self.assertRaisesRegex(pf.Error, message):
                 evaluation.add_labels(class_id, instance, truth)
+        with self.assertRaisesRegex(pf.Error, "3 is neither a Map nor the folder of a run"):
+            pf.evaluate(3, truth)
         with self.assertRaisesRegex(pf.Error, "variant"):
             pf.Evaluation("none")
 
@@ -238,6 +242,7 @@ class Stubs(unittest.TestCase):
         for name in pf.__all__:
             self.assertTrue((inspect.getdoc(getattr(pf, name)) or "").strip(), name)
 
+    @release_only("it reads no memory of ours")
     def test_mypy_accepts_the_examples(self):
         try:
             import mypy.api
