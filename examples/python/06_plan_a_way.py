@@ -37,7 +37,9 @@ def main(path: str, name: str, picture: str) -> None:
     axes.imshow(grids.standing, origin="lower", extent=(x, x + width * grids.cell_m, y, y + height * grids.cell_m),
                 cmap=ListedColormap(["0.85", "white", "0.35"]), vmin=pf.UNKNOWN, vmax=pf.OCCUPIED)
     for thing in pf.plan_home(room, frame).furniture:
-        axes.fill(*thing["polygon"].T, alpha=0.4)
+        if thing["class_name"] in ("unknown", "otherfurniture"):
+            continue
+        axes.fill(*thing["polygon"].T, alpha=0.3)
         axes.text(*thing["polygon"].mean(axis=0), thing["class_name"], fontsize=7, ha="center", va="center")
     axes.plot(*way.points_m.T[:2], "-o", color="tab:red", markersize=3)
     axes.set(aspect="equal", xlabel="x, m", ylabel="y, m")
