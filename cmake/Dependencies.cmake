@@ -48,7 +48,7 @@ if(PANOPTIC_SANITIZE)
   # The interpreter is made without a sanitizer, so that the runtime has to be loaded before it: clang's address sanitizer has one.
   execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libclang_rt.asan-${CMAKE_SYSTEM_PROCESSOR}.so
     OUTPUT_VARIABLE PANOPTIC_PYTHON_RUNTIME ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
-  if(NOT PANOPTIC_SANITIZE MATCHES "address" OR NOT EXISTS "${PANOPTIC_PYTHON_RUNTIME}")
+  if(NOT PANOPTIC_PYTHON_SANITIZED OR NOT PANOPTIC_SANITIZE MATCHES "address" OR NOT EXISTS "${PANOPTIC_PYTHON_RUNTIME}")
     set(PANOPTIC_PYTHON OFF)
   endif()
 endif()
