@@ -74,4 +74,7 @@ std::string to_toml(const Options& options);
 // The options of the run that made a map file. Throws Error if they are not as this program writes them.
 Options options_of(const SavedMap& saved);
 
+// Upwards in the world of a map file, as the cameras were mostly held; nothing if the file does not say.
+std::optional<Vec3d> noted_up(const SavedMap& saved);
+
 }  // namespace panoptic

@@ -135,6 +135,10 @@ Options options_of(const SavedMap& saved) {
   return options;
 }
 
+std::optional<Vec3d> noted_up(const SavedMap& saved) {
+  return note_or_empty(saved, run_note::kUp).empty() ? std::nullopt : std::optional(up_of(saved));
+}
+
 FrameRecord record_of(const Frame& frame, bool labelled, const Outcome& outcome) {
   FrameRecord record{.frame = frame.index, .time_s = frame.time_s, .labelled = labelled, .unused_because = outcome.reason};
   if (is_finite(frame.world_from_camera)) record.world_from_camera = frame.world_from_camera;

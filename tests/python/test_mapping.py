@@ -13,7 +13,8 @@ import unittest
 import numpy as np
 
 import panoptic as pf
-from home import COARSE, LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, run_program, scratch, shared, small_mapper
+from home import (COARSE, LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, release_only, run_program, scratch, shared,
+                  small_mapper)
 
 
 def address(array):
@@ -192,6 +193,7 @@ class Blocks(unittest.TestCase):
         self.assertIsNone(mapped().map.at([1000, 1000, 1000]))
 
 
+@release_only("times mean nothing elsewhere")
 class Cost(unittest.TestCase):
     """CPU time of this thread alone, the least of many, because other programs run too."""
 
@@ -219,6 +221,7 @@ class Cost(unittest.TestCase):
         self.assertLess(self.least_ms(lambda: mapper.add(segments=seen, **(given | dict(depth=raw, depth_scale=1000)))) - least, 0.3)
 
 
+@release_only("a sanitizer keeps freed memory")
 class Memory(unittest.TestCase):
     def test_frames_take_no_memory(self):
         frames = int(os.environ.get("PANOPTIC_FRAMES", 1000))
