@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
+#include <memory>
+#include <thread>
 
 #include "apps/panoptic/batch_plan.h"
 #include "apps/panoptic/commands.h"
@@ -20,10 +22,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void require_claim(const FolderClaim& claim, const std::string& folder) {
-  if (claim.is_ours()) return;
-  throw Error(fmt::format("another batch writes {}: wait until it is done, or choose another folder", folder));
+// `patience_s`: how long somebody else may still have it. Throws Error.
+std::unique_ptr<FolderClaim> claimed(const fs::path& lock_file, FolderClaim::Kind kind, double patience_s = 0) {
+  constexpr std::chrono::milliseconds kPause{50};
+  const Stopwatch waited;
+  for (;;) {
+    auto claim = std::make_unique<FolderClaim>(lock_file, kind);
+    if (claim->is_ours()) return claim;
+    if (waited.seconds() >= patience_s) break;
+    claim.reset();
+    std::this_thread::sleep_for(kPause);
+  }
+  throw Error(
+      fmt::format("another batch writes {}: wait until it is done, or choose another folder", lock_file.parent_path().string()));
 }
+
+// Tasks may begin while the batch that submits them, or one that is refused, still has the folder.
+constexpr double kPatienceOfTasks_s = 60;
 
 BatchReport report_of(const Arguments& a, const BatchPlan& plan) {
   BatchReport report;
@@ -90,14 +105,12 @@ int conclude(const Arguments& a, BatchReport& report, bool is_whole) {
 // One scene, as a task of a submitted batch. Others run beside it.
 int run_task(const Arguments& a) {
   const std::string name = scene_of_task(a);
-  const FolderClaim shared(fs::path(a.output) / "batch.lock", FolderClaim::Kind::kShared);
-  require_claim(shared, a.output);
+  const auto shared = claimed(fs::path(a.output) / "batch.lock", FolderClaim::Kind::kShared, kPatienceOfTasks_s);
   const BatchPlan plan = plan_batch(a, name);
   if (plan.tasks.empty()) return kDone;
   const SceneTask& task = plan.tasks.front();
   require_writable_folder(task.folder);
-  const FolderClaim claim(task.folder / "scene.lock", FolderClaim::Kind::kAlone);
-  require_claim(claim, task.folder.string());
+  const auto claim = claimed(task.folder / "scene.lock", FolderClaim::Kind::kAlone);
   watch_for_interrupt();
   SceneRecord result;
   const bool is_whole = run_scenes(plan.tasks, 1, {[&](const SceneRecord& r) { result = r; }, [] { return !interrupted(); }});
@@ -122,8 +135,8 @@ int batch(const Arguments& a) {
   if (a.slurm_task) return run_task(a);
   const BatchPlan plan = plan_batch(a);
   require_writable_folder(a.output);
-  const FolderClaim claim(fs::path(a.output) / "batch.lock", FolderClaim::Kind::kAlone);
-  require_claim(claim, a.output);
+  const double patience_s = a.slurm_gather ? kPatienceOfTasks_s : 0;
+  const auto claim = claimed(fs::path(a.output) / "batch.lock", FolderClaim::Kind::kAlone, patience_s);
   if (a.slurm_gather) return gather(a, plan);
   require_no_submission(a);
   tell_left_out(plan, a.dataset);
