@@ -273,7 +273,7 @@ void add_batch(CLI::App& batch, Arguments& a) {
       "What is finished is skipped, also after a crash (docs/batch.md).");
 }
 
-// What comes after -- in a batch is for `panoptic run`, and parsed as its arguments are.
+// In a batch the words after -- are for `panoptic run`, and parsed as its arguments are.
 int cut_run_options(int argc, char** argv, Arguments& a) {
   if (argc < 2 || std::string(argv[1]) != "batch") return argc;
   char** const end = argv + argc;

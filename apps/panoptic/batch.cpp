@@ -119,7 +119,7 @@ int run_task(const Arguments& a) {
   return kDone;
 }
 
-// What the tasks of a submitted batch left.
+// Reports the records that the tasks of a submitted batch left.
 int gather(const Arguments& a, const BatchPlan& plan) {
   BatchReport report = report_of(a, plan);
   for (SceneRecord& scene : report.scenes) {

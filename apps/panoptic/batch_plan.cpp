@@ -145,7 +145,7 @@ void add_named_files(Fingerprint& fingerprint, const Options& options) {
   add_file(fingerprint, options.labels);
 }
 
-// What plans all scenes alike.
+// The plan of one scene is like that of all others.
 struct Planner {
   const Arguments& arguments;
   Fingerprint program = {};

@@ -25,7 +25,7 @@ double largest_mb(const BatchReport& report) {
   return most_mb;
 }
 
-// What a table cannot hold is written otherwise.
+// A cell of a table cannot hold a bar as it is.
 std::string cell(const std::string& text) {
   std::string result;
   for (const char c : text) result += c == '|' ? std::string("\\|") : std::string(1, c);

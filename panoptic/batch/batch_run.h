@@ -16,7 +16,7 @@ namespace panoptic {
 // A program to run for a scene.
 struct BatchStep {
   std::vector<std::string> command;
-  // What it makes for others too: it is made in `partial` and then gets its name at once. Where it is there already, the step is
+  // A folder that it makes for others too: it is made in `partial` and then gets its name at once. Where it is there already, the step is
   // left out. Empty: it makes nothing of the kind.
   std::filesystem::path made;
   std::filesystem::path partial;

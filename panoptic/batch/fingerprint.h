@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a result was made from, as a number: where it is the same, the result need not be made again.
+// The input of a result, as a number: where it is the same, the result need not be made again.
 #pragma once
 
 #include <cstdint>
