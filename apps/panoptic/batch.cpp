@@ -85,7 +85,7 @@ void tell_left_out(const BatchPlan& plan, const std::string& folder) {
 
 // The end of a batch: scores, report, and what it says in a line.
 int conclude(const Arguments& a, BatchReport& report, bool is_whole) {
-  if (a.with_truth) report.scores = write_batch_scores(a.output, report.scenes);
+  if (a.with_truth && is_whole) report.scores = write_batch_scores(a.output, report.scenes);
   write_batch_report(a.output, report);
   const std::size_t failed = count(report, SceneState::kFailed);
   const std::size_t waiting = count(report, SceneState::kWaiting);

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "apps/panoptic/batch_options.h"
 #include "apps/panoptic/commands.h"
 #include "panoptic/base/child_process.h"
 #include "panoptic/base/files.h"
@@ -24,86 +25,8 @@ namespace panoptic {
 namespace {
 
 namespace fs = std::filesystem;
-using Words = std::vector<std::string>;
 
 bool is_simulated(const std::string& recording) { return recording.starts_with("sim:"); }
-
-std::string replaced(std::string text, const std::string& mark, const std::string& by) {
-  for (std::size_t at = text.find(mark); at != std::string::npos; at = text.find(mark, at + by.size())) {
-    text.replace(at, mark.size(), by);
-  }
-  return text;
-}
-
-// The run options of a scene: {} is its recording, {name} its name.
-Words options_for(const BatchScene& scene, const Words& run_options) {
-  Words words;
-  for (const std::string& word : run_options) {
-    words.push_back(replaced(replaced(word, "{name}", scene.name), "{}", scene.recording));
-  }
-  return words;
-}
-
-// The words without an option and its value, however it was written.
-Words without(const Words& words, const std::string& option) {
-  Words kept;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == option) {
-      ++i;
-    } else if (!words[i].starts_with(option + "=")) {
-      kept.push_back(words[i]);
-    }
-  }
-  return kept;
-}
-
-void require_allowed(const Words& run_options) {
-  for (const std::string& word : run_options) {
-    const std::string name = word.substr(0, word.find('='));
-    for (const char* own : {"--output", "--map", "--resume", "--checkpoint-every"}) {
-      if (name == own || word.starts_with("-o")) {
-        throw UsageError(fmt::format("{} after --: batch gives each scene its own output; leave it out", name));
-      }
-    }
-    for (const char* live : {"--view", "--bind", "--port", "--token"}) {
-      if (name == live) throw UsageError(fmt::format("{} after --: nobody looks on in a batch; leave it out", name));
-    }
-    if (word == "-h" || word == "--help" || word == "--version") {
-      throw UsageError(fmt::format("{} after --: see panoptic run --help", word));
-    }
-  }
-}
-
-// Parses the options as `panoptic run` will.
-Arguments run_arguments(const BatchScene& scene, const fs::path& folder, const Words& options) {
-  Words words{"panoptic", "run", scene.recording, "-o", folder.string()};
-  words.insert(words.end(), options.begin(), options.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  try {
-    return parse_arguments(static_cast<int>(argv.size()), argv.data());
-  } catch (const UsageError& e) {
-    throw UsageError(fmt::format("after --: {}", e.what()));
-  }
-}
-
-// One folder of predictions, or file of corrections, would be that of every scene.
-void require_own_inputs(const Arguments& a, std::size_t scenes) {
-  for (const char* option : {"--predictions", "--pose-updates"}) {
-    for (std::size_t i = 0; i < a.run_options.size(); ++i) {
-      const std::string& word = a.run_options[i];
-      std::string value;
-      if (word == option && i + 1 < a.run_options.size()) value = a.run_options[i + 1];
-      if (word.starts_with(std::string(option) + "=")) value = word;
-      if (value.empty() || scenes < 2 || value.find("{}") != std::string::npos || value.find("{name}") != std::string::npos)
-        continue;
-      throw UsageError(
-          fmt::format("{} after --: all scenes would have the same; write {{}} for a scene's path or {{name}} for its "
-                      "name, like {} {{}}/predictions",
-                      option, option));
-    }
-  }
-}
 
 bool is_within(const fs::path& path, const fs::path& folder) {
   const fs::path relative = fs::absolute(path).lexically_normal().lexically_relative(folder);
@@ -285,7 +208,7 @@ BatchPlan plan_batch(const Arguments& a, const std::string& only) {
   std::vector<fs::path> own{a.output};
   if (!a.shared_predictions.empty()) own.emplace_back(a.shared_predictions);
   SceneList list = read_scenes(a.dataset, own);
-  require_own_inputs(a, list.scenes.size());
+  require_own_inputs(a.run_options, list.scenes.size());
   for (const BatchScene& scene : list.scenes) {
     if (!is_simulated(scene.recording) && is_within(a.output, scene.recording)) {
       throw Error(fmt::format("{} lies in the recording {}; choose another output folder", a.output, scene.recording));

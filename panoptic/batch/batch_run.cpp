@@ -49,11 +49,18 @@ void begin_attempt(Course& course) {
   course.since_start = Stopwatch();
 }
 
+void remove_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::remove_all(folder, error);
+  if (error) throw FileError(fmt::format("cannot remove {}: {}; check its permissions", folder.string(), error.message()));
+}
+
 // Starts the next program that is needed; false if all are done.
 bool start_next(Course& course) {
   for (; course.step < course.task->steps.size(); ++course.step) {
     const BatchStep& step = course.task->steps[course.step];
     if (!step.made.empty() && is_there(step.made)) continue;
+    if (!step.partial.empty()) remove_folder(step.partial);  // of an attempt that was cut short
     course.child = start_child(step.command, log_of(*course.task));
     return true;
   }
@@ -66,8 +73,7 @@ void keep_made(const BatchStep& step) {
   write_file(step.partial / "made_by.txt", step.made_by);
   if (os::rename(step.partial, step.made)) return;
   if (!is_there(step.made)) throw FileError(fmt::format("cannot give {} its name {}", step.partial.string(), step.made.string()));
-  std::error_code ignored;
-  fs::remove_all(step.partial, ignored);
+  remove_folder(step.partial);
 }
 
 std::string reason_of(const EndedChild& ended, const SceneTask& task) {

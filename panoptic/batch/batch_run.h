@@ -16,8 +16,8 @@ namespace panoptic {
 // A program to run for a scene.
 struct BatchStep {
   std::vector<std::string> command;
-  // A folder that it makes for others too: it is made in `partial` and then gets its name at once. Where it is there already, the step is
-  // left out. Empty: it makes nothing of the kind.
+  // A folder that it makes for others too: it is made in `partial` and then gets its name at once. Where it is there already, the
+  // step is left out. Empty: it makes nothing of the kind.
   std::filesystem::path made;
   std::filesystem::path partial;
   std::string made_by;  // goes into a file of it, made_by.txt

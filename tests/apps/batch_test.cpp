@@ -10,6 +10,7 @@
 
 #include "panoptic/base/files.h"
 #include "tests/apps/run_fixture.h"
+#include "tests/fresh_seed.h"
 #include "tests/predict/tiny_onnx.h"
 
 namespace panoptic {
@@ -180,7 +181,7 @@ TEST_F(Batch, HasOneOwner) {
 TEST_F(Batch, KilledAtAnyMomentGoesOnToTheSameResult) {
   const fs::path undisturbed = fresh_folder("outs_undisturbed") / "out";
   ASSERT_EQ(run_program(batch(undisturbed, {"--jobs", "2"})).exit_code, 0);
-  std::mt19937 random(testing::UnitTest::GetInstance()->random_seed());
+  std::mt19937 random(test::fresh_seed());
   int kills = 0;
   for (int round = 0; round < 3; ++round) {
     const useconds_t moment_us = 20000 + random() % 600000;

@@ -62,8 +62,9 @@ TEST(RunScenes, HasSoManyAtATimeAsItIsTold) {
 
 TEST(RunScenes, MakesWhatOthersUseOnceAndAtOnce) {
   const fs::path folder = fresh_folder("shared");
+  write_file(fs::path(fresh_folder("shared/.partial")) / "left", "by a batch that was killed");
   SceneTask task = task_of("scene", "exit 1");
-  const BatchStep step{{"sh", "-c", "mkdir -p $0; echo x >> $0/made", (folder / ".partial").string()},
+  const BatchStep step{{"sh", "-c", "mkdir $0 && echo x >> $0/made", (folder / ".partial").string()},
                        folder / "scene",
                        folder / ".partial",
                        "by us\n"};
@@ -72,6 +73,7 @@ TEST(RunScenes, MakesWhatOthersUseOnceAndAtOnce) {
   run_all({task}, 1);
   EXPECT_EQ(read_file(folder / "scene" / "made"), "x\n") << "once, although the step after it failed four times";
   EXPECT_EQ(read_file(folder / "scene" / "made_by.txt"), "by us\n");
+  EXPECT_FALSE(fs::exists(folder / "scene" / "left"));
   EXPECT_FALSE(fs::exists(folder / ".partial"));
 }
 
