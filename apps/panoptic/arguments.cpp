@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <map>
 
@@ -82,7 +83,10 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("out", a.evaluated,
                  "folder of a run, or a map file; or semantic, instance or panoptic, for --pred in ScanNet's submission forms")
       ->required();
-  app.add_option("--gt", a.truth, "a ScanNet scan; with --pred a folder of <scene>.txt or of scans")->required();
+  app.add_option(
+         "--gt", a.truth,
+         "a ScanNet scan, or the simulated home that was mapped, sim:SEED...; with --pred a folder of <scene>.txt or of scans")
+      ->required();
   app.add_option("--pred", a.predictions, "folder of <scene>.txt, of any method");
   app.add_option("--json", a.json, "write the scores to this file");
   app.add_option("--csv", a.csv, "write the scores per class to this file");
@@ -260,6 +264,36 @@ void add_benchmark(CLI::App& benchmark, Arguments& a) {
   add_threads(benchmark, a);
 }
 
+void add_batch(CLI::App& batch, Arguments& a) {
+  constexpr int kMostJobs = 4096;
+  batch.add_option("list", a.dataset, "file with a recording or sim:SEED a line, or a folder of recordings")->required();
+  batch.add_option("-o,--output", a.output, "folder for batch.json, batch.md and a folder for each scene")->required();
+  batch.add_option("--jobs", a.jobs, "scenes at a time, each in a process of its own, default 1")
+      ->check(CLI::Range(1, kMostJobs));
+  batch.add_flag("--gt", a.with_truth, "score each scene against its truth, and all of them together");
+  batch.add_option(
+      "--share-predictions", a.shared_predictions,
+      "folder that keeps the predictions of each scene, made once by --semantic and --instance, for other batches too");
+  CLI::Option* slurm =
+      batch.add_flag("--slurm", a.slurm, "submit the scenes to Slurm instead; --jobs: at most so many at a time");
+  batch.add_option("--slurm-option", a.slurm_options, "for sbatch, like --slurm-option=--mem=16G; may be repeated")->needs(slurm);
+  batch.add_option("--task", a.slurm_task, "what a submitted batch calls")->group("");
+  batch.add_flag("--gather", a.slurm_gather, "what a submitted batch calls at its end")->group("");
+  batch.footer(
+      "What comes after -- are options of panoptic run; in them {} is the scene's path and {name} its name:\n"
+      "  panoptic batch scans/ -o out --jobs 4 --gt -- --predictions {}/predictions --no-pictures\n"
+      "What is finished is skipped, also after a crash (docs/batch.md).");
+}
+
+// In a batch the words after -- are for `panoptic run`, and parsed as its arguments are.
+int cut_run_options(int argc, char** argv, Arguments& a) {
+  if (argc < 2 || std::string(argv[1]) != "batch") return argc;
+  char** const end = argv + argc;
+  char** const dashes = std::find(argv, end, std::string("--"));
+  if (dashes != end) a.run_options.assign(dashes + 1, end);
+  return static_cast<int>(dashes - argv);
+}
+
 }  // namespace
 
 Arguments parse_arguments(int argc, char** argv) {
@@ -281,11 +315,12 @@ Arguments parse_arguments(int argc, char** argv) {
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
+  add_batch(*app.add_subcommand("batch", "map many recordings, one after the other, beside each other or on a cluster"), a);
   add_benchmark(*app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts"), a);
   app.add_subcommand("options", "list every option with its default, range and meaning");
 
   try {
-    app.parse(argc, argv);
+    app.parse(cut_run_options(argc, argv, a), argv);
   } catch (const CLI::Success& e) {
     app.exit(e);
     return a;

@@ -4,6 +4,7 @@
 // The command line.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -97,6 +98,15 @@ struct Arguments {
   std::string path_to;
   std::vector<std::string> bands;
   AgentSize agent;
+  // batch; its list is `dataset`
+  std::optional<int> jobs;  // 1, and with Slurm as many as it likes
+  bool with_truth = false;
+  std::string shared_predictions;
+  bool slurm = false;
+  std::vector<std::string> slurm_options;
+  std::optional<std::size_t> slurm_task;  // the number of a scene that was submitted
+  bool slurm_gather = false;
+  std::vector<std::string> run_options;  // after --
   // benchmark
   bool quick = false;
   std::string group;

@@ -22,6 +22,7 @@ int evaluate_trajectory(const Arguments& arguments);
 int explain(const Arguments& arguments);
 int simulate(const Arguments& arguments);
 int benchmark(const Arguments& arguments);
+int batch(const Arguments& arguments);
 int view(const Arguments& arguments);
 int map_info(const Arguments& arguments);
 int map_mesh(const Arguments& arguments);
@@ -65,6 +66,13 @@ PredictorReport closing_report(Predictor* predictor);
 // The range of --frames, or everything. Throws UsageError.
 struct FrameRange;
 FrameRange frame_range_from(const Arguments& arguments);
+
+// Throws UsageError for options of a run that do not go together.
+void require_possible(const Arguments& arguments);
+
+// The truth of "sim:SEED...", from all of its frames. Throws Error.
+struct ScanTruth;
+ScanTruth simulated_truth(const std::string& simulation);
 
 // The options --bind, --port and --token.
 struct ViewerOptions;

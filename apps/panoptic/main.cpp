@@ -24,6 +24,7 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "eval-trajectory") return panoptic::evaluate_trajectory(arguments);
   if (arguments.command == "explain") return panoptic::explain(arguments);
   if (arguments.command == "simulate") return panoptic::simulate(arguments);
+  if (arguments.command == "batch") return panoptic::batch(arguments);
   if (arguments.command == "benchmark") return panoptic::benchmark(arguments);
   if (arguments.command == "view") return panoptic::view(arguments);
   if (arguments.command == "info") return panoptic::map_info(arguments);

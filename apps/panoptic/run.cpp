@@ -257,7 +257,6 @@ Options with_log(Options options, const Arguments& arguments, bool is_tracked) {
   return options;
 }
 
-// Throws UsageError for options that do not go together.
 void require_possible(const Arguments& arguments) {
   if (arguments.online && arguments.resume) {
     throw UsageError("--resume is for runs without --online: what an online run drops depends on the moment");

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The scores of a batch: counts of all scenes added up, from the labels that each left for the vertices of its truth.
+#include <fmt/format.h>
+
+#include "apps/panoptic/batch_plan.h"
+#include "panoptic/base/files.h"
+#include "panoptic/eval/scores_text.h"
+#include "panoptic/eval/submission.h"
+
+namespace panoptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Totals {
+  Evaluation semantic = Evaluation();
+  Evaluation instance = Evaluation();
+  Evaluation panoptic = Evaluation();
+};
+
+void add_scene(const fs::path& folder, const std::string& name, Totals& totals) {
+  const fs::path truth = folder / "truth";
+  const std::string scene = scenes_in(folder / "semantic").front();
+  totals.semantic.add_semantic(name, read_truth(truth / "semantic", scene, SubmissionForm::kSemantic),
+                               read_semantic(folder / "semantic" / (scene + ".txt")));
+  const VertexLabels instances = read_truth(truth / "instance", scene, SubmissionForm::kInstance);
+  totals.instance.add_instances(name, instances, read_instances(folder / "instance", scene, instances.class_id.size()));
+  totals.panoptic.add_panoptic(name, read_truth(truth / "panoptic", scene, SubmissionForm::kPanoptic),
+                               read_panoptic(folder / "panoptic" / (scene + ".txt")));
+}
+
+}  // namespace
+
+std::string write_batch_scores(const fs::path& output, const std::vector<SceneRecord>& records) {
+  Totals totals;
+  bool is_empty = true;
+  for (const SceneRecord& record : records) {
+    if (record.state != SceneState::kFinished || !record.scored) continue;
+    add_scene(output / record.scene.name / "submission", record.scene.name, totals);
+    is_empty = false;
+  }
+  if (is_empty) return "";
+  Scores scores = totals.semantic.scores();
+  scores.instance = totals.instance.scores().instance;
+  scores.panoptic = totals.panoptic.scores().panoptic;
+  write_json_file(output / "scores.json", to_json(scores));
+  write_file(output / "scores.csv", to_csv(scores));
+  return to_table(scores);
+}
+
+}  // namespace panoptic
