@@ -240,6 +240,11 @@ void add_view(CLI::App& view, Arguments& a) {
   add_viewer(view, a);
 }
 
+void add_play(CLI::App& play, Arguments& a) {
+  play.add_option("map", a.viewed, "map file, as run --map writes it")->required();
+  add_viewer(play, a);
+}
+
 void add_benchmark(CLI::App& benchmark, Arguments& a) {
   benchmark.add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
   benchmark.add_option("--group", a.group,
@@ -267,6 +272,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_plan(app, a);
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
+  add_play(*app.add_subcommand("play", "let figures walk, sit and lie in a map, in the browser"), a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
   add_benchmark(*app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts"), a);
   app.add_subcommand("options", "list every option with its default, range and meaning");

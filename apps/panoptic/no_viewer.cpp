@@ -17,7 +17,9 @@ namespace {
 
 struct ViewerServer::State {};
 
-ViewerServer::ViewerServer(const ViewerOptions& /*options*/, SnapshotScene /*scene*/, const LatestSnapshot& /*latest*/) {
+PlaySource::PlaySource(std::string /*map_file*/, std::string /*why_not*/) {}
+ViewerServer::ViewerServer(const ViewerOptions& /*options*/, SnapshotScene /*scene*/, const LatestSnapshot& /*latest*/,
+                           PlaySource /*play*/) {
   needs_viewer();
 }
 ViewerServer::~ViewerServer() = default;

@@ -30,9 +30,10 @@ int view(const Arguments& arguments) {
   const std::size_t objects = result.snapshot->objects.size();
   LatestSnapshot latest;
   latest.publish(std::move(result.snapshot));
-  const ViewerServer server(viewer_options_from(arguments), std::move(result.scene), latest);
-  fmt::print("{}: {} objects, {} pieces of surface\nlook at   {}\nCtrl-C ends it\n", arguments.viewed, objects, chunks,
-             server.url());
+  PlaySource play(is_file ? arguments.viewed : "", kNoPlay);
+  const ViewerServer server(viewer_options_from(arguments), std::move(result.scene), latest, std::move(play));
+  fmt::print("{}: {} objects, {} pieces of surface\nlook at   {}{}\nCtrl-C ends it\n", arguments.viewed, objects, chunks,
+             server.url(), arguments.command == "play" ? "#play" : "");
   std::fflush(stdout);
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   return kDone;
