@@ -103,7 +103,7 @@ export class Body {
       part(`thigh${i}`, rod(0.034 * r, 0.049 * r, shape.thigh, 0.003 * r), paint.trousers);  // from the knee up
       part(`shin${i}`, rod(0.025 * r, 0.034 * r, shape.shin, 0.004 * r), paint.trousers);
       part(`foot${i}`, shoe(shape), paint.shoes);
-      part(`upper${i}`, rod(0.023 * r, 0.030 * r, shape.upper_arm), paint.shirt);
+      part(`upper${i}`, rod(0.0225 * r, 0.0285 * r, shape.upper_arm), paint.shirt);
       part(`lower${i}`, rod(0.0175 * r, 0.0215 * r, shape.forearm), paint.skin);
       part(`hand${i}`, new SphereGeometry(0.026 * r, 12, 9).scale(0.72, 1.25, 1), paint.skin);
     }

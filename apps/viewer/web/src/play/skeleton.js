@@ -42,7 +42,7 @@ export function joints_of(pose, shape, place, heading) {
     const { knee, ankle } = knee_of(hip, to_floor(pose.feet[i]), shape, ahead);
     const foot = facing.clone().multiply(around(kY, s * 0.12)).multiply(around(kX, pose.toes[i]));
     joints.legs.push({ hip, knee, ankle, foot });
-    joints.arms.push(arm_of(pose.arms[i], s, shape, from(waist, chest, s * shape.shoulder_half, shape.chest - 0.025, 0), chest));
+    joints.arms.push(arm_of(pose.arms[i], s, shape, from(waist, chest, s * shape.shoulder_half * 0.97, shape.chest - 0.048, 0), chest));
   });
   return joints;
 }

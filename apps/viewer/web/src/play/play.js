@@ -1,0 +1,289 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The mode "Play": figures that live in the map. Loaded when somebody opens it for the first time.
+import { Box3, Matrix4, Raycaster, Vector2, Vector3 } from 'three';
+import { by_id } from '../dom.js';
+import { ActorsView } from './actors_view.js';
+import { CameraView, kFiguresLayer } from './camera_view.js';
+import { Crew, world_from_figures } from './crew.js';
+import { start_recast } from './ground.js';
+import { Physics, start_physics } from './physics.js';
+import { meant } from './places.js';
+import { fetch_frame, fetch_frames, fetch_plan } from './play_data.js';
+import { PlayPanel } from './play_panel.js';
+
+const kSolidAround_m = 0.9;
+const kLongestStep_s = 0.25;
+const kFirstPeople = 2;
+const kFirstInsects = 2;
+const kPushed_m_s = 0.75;
+const kHints = {
+  none: 'Add a person, then click the floor, a seat or a bed. A click on a table puts something there.',
+  floor: 'On the way.', seat: 'On the way to sit down.', bed: 'On the way to lie down.', no_way: 'There is no way there.', taken: 'That place is taken.',
+  nothing: 'Nobody can go there. Click the floor, a seat, a bed or a table.', full: 'There is no room for one more.', no_walls: 'The map has no wall for insects.',
+};
+
+export class Play {
+  crew;
+  active = false;
+  #page;     // {stage, surface, material, labels, pick, save_picture(blob, number)}
+  #view = new ActorsView();
+  #panel;
+  #physics = null;
+  #things = [];
+  #chosen = null;
+  #thing = 'cup';
+  #lie = false;
+  #camera_view = null;
+  #frames = null;
+  #asked = 0;
+  #before_ms = 0;
+
+  // Throws an Error that says why there is nothing to play with.
+  static async open(page) {
+    const [plan] = await Promise.all([fetch_plan(), start_recast()]);
+    return new Play(page, plan);
+  }
+
+  constructor(page, plan) {
+    this.#page = page;
+    this.crew = new Crew(plan);
+    this.#view.group.matrixAutoUpdate = false;
+    this.#view.group.matrix.copy(world_from_figures(plan.world_from_grid));
+    page.stage.camera.layers.enable(kFiguresLayer);
+    this.#panel = new PlayPanel(by_id('play-bar'), {
+      person: () => this.add_person(), insect: () => this.add_insect(), clear: () => this.clear(), thing: (kind) => this.choose_thing(kind),
+      toggle: (name, on) => this.toggle(name, on), frame: (place) => this.#show_frame(place), save: () => this.#save(),
+    });
+    this.#panel.mark('alone', this.crew.on_their_own);
+    this.#panel.mark_thing(this.#thing);
+    for (let i = 0; i < kFirstPeople; ++i) this.add_person();
+    for (let i = 0; i < kFirstInsects; ++i) this.crew.add_insect();
+    this.#panel.say(kHints.none);
+    start_physics().then(() => { this.#physics = new Physics(); });
+  }
+
+  show(shown) {
+    this.active = shown;
+    this.#panel.shown = shown;
+    const { stage } = this.#page;
+    if (shown) {
+      stage.map.add(this.#view.group);
+      this.#view.group.updateMatrixWorld(true);
+      this.#before_ms = performance.now();
+      stage.animate(() => this.#tick());
+    } else {
+      stage.map.remove(this.#view.group);
+      stage.instead = null;
+      this.#panel.mark('film', false);
+    }
+    stage.invalidate();
+  }
+
+  set color(color) {
+    this.#view.color = color;
+  }
+
+  add_person() {
+    const person = this.crew.add_person();
+    if (person === null) return this.#panel.say(kHints.full);
+    this.#chosen = person;
+    return this.#page.stage.invalidate();
+  }
+
+  add_insect() {
+    if (this.crew.add_insect() === null) this.#panel.say(kHints.no_walls);
+    this.#page.stage.invalidate();
+  }
+
+  clear() {
+    this.crew.clear();
+    this.#chosen = null;
+    this.#things.forEach((_, number) => this.#physics?.remove(number));
+    this.#things = this.#things.map(() => null);
+    this.#page.stage.invalidate();
+  }
+
+  choose_thing(kind) {
+    this.#thing = kind;
+    this.#panel.mark_thing(kind);
+  }
+
+  toggle(name, on = null) {
+    if (name === 'film') return this.#show_film(on ?? !this.#page.stage.instead);
+    if (name === 'alone') this.crew.on_their_own = on ?? !this.crew.on_their_own;
+    if (name === 'lie') this.#lie = on ?? !this.#lie;
+    return this.#panel.mark(name, name === 'alone' ? this.crew.on_their_own : this.#lie);
+  }
+
+  // For keys: the camera view steps and plays.
+  key(name) {
+    if (!this.#page.stage.instead) return;
+    if (name === 'play') this.#panel.toggle_playing();
+    else this.#panel.step(name === 'next' ? 1 : -1);
+  }
+
+  // A click on the canvas, in its pixels.
+  click(x_px, y_px, { lie = false } = {}) {
+    const { stage, pick } = this.#page;
+    const { clientWidth: width, clientHeight: height } = stage.canvas;
+    const film = stage.instead ? this.#camera_view.aim(x_px, y_px, width, height) : null;
+    if (stage.instead && film === null) return;
+    const caster = new Raycaster();
+    const aim = film ? new Vector2(film.x, film.y) : new Vector2((2 * x_px) / width - 1, 1 - (2 * y_px) / height);
+    caster.setFromCamera(aim, film?.camera ?? stage.camera);
+    caster.layers.set(kFiguresLayer);
+    const found = pick(x_px, y_px, film);
+    const figure = this.#view.hit(caster);
+    if (figure && (!found || figure.distance < caster.ray.origin.distanceTo(found.place) + 0.02)) return void this.#touch(figure.key, caster.ray.direction);
+    if (found) this.#send(found, lie || this.#lie);
+  }
+
+  #touch(key, direction) {
+    if (typeof key === 'number') {
+      const way = direction.clone().transformDirection(this.#to_figures()).setY(0).normalize().multiplyScalar(kPushed_m_s);
+      this.#physics?.push(key, way.toArray());
+    } else if (this.crew.people.includes(key)) {
+      if (this.#chosen === key) key.actor.stand();
+      this.#chosen = key;
+    }
+    this.#page.stage.invalidate();
+  }
+
+  #to_figures() {
+    return new Matrix4().copy(this.#view.group.matrixWorld).invert();
+  }
+
+  #send({ id, place }, lie) {
+    const at = place.clone().applyMatrix4(this.#to_figures()).toArray();
+    const what = meant(this.crew.places, id, at, (seat) => this.crew.is_free(seat) || this.#chosen?.actor.takes(seat));
+    if (what.kind === 'table') return this.#put(at);
+    if (what.kind === 'nothing') return this.#panel.say(kHints.nothing);
+    const person = this.#chosen ?? this.crew.people[0];
+    if (!person) return this.#panel.say(kHints.none);
+    this.#chosen = person;
+    this.crew.on_their_own = false;
+    this.#panel.mark('alone', false);
+    const { actor } = person;
+    const bed = what.kind === 'bed' ? what.place : what.bed;
+    if (bed && (lie || what.kind === 'bed')) {
+      if (!this.crew.is_free(bed) && !actor.takes(bed)) return this.#panel.say(kHints.taken);
+      return this.#panel.say(actor.lie(bed) ? kHints.bed : kHints.no_way);
+    }
+    const goes = what.kind === 'seat' ? actor.sit(what.place) : actor.go(at);
+    return this.#panel.say(goes ? kHints[what.kind] : kHints.no_way);
+  }
+
+  #put(at) {
+    if (!this.#physics) return;
+    this.#make_solid(at);
+    const number = this.#physics.put(this.#thing, at, at[0] * 7 + at[2] * 3);
+    if (number === null) return this.#panel.say(kHints.full);
+    this.#things[number] = { kind: this.#thing };
+    this.#page.stage.invalidate();
+  }
+
+  // The surface around and below a place, handed to the physics.
+  #make_solid([x, y, z]) {
+    const to_map = this.#view.group.matrix;
+    const box = new Box3(new Vector3(x - kSolidAround_m, -0.3, z - kSolidAround_m), new Vector3(x + kSolidAround_m, y + 0.5, z + kSolidAround_m)).applyMatrix4(to_map);
+    const from_map = to_map.clone().invert();
+    const point = new Vector3();
+    const chunks = this.#page.surface.chunks_in(box);
+    for (const { places } of chunks) {
+      for (let i = 0; i < places.length; i += 3) point.fromArray(places, i).applyMatrix4(from_map).toArray(places, i);
+    }
+    this.#physics.solid(chunks);
+  }
+
+  #tick() {
+    if (!this.active) return false;
+    const now_ms = performance.now();
+    const passed_s = Math.min(kLongestStep_s, (now_ms - this.#before_ms) / 1000);
+    this.#before_ms = now_ms;
+    this.advance(passed_s);
+    return true;
+  }
+
+  // Also for those who check: moves everything on by so much time.
+  advance(passed_s) {
+    for (let left = passed_s; left > 0; left -= kLongestStep_s) this.crew.update(Math.min(left, kLongestStep_s));
+    if (this.#physics && this.#things.some((thing) => thing !== null)) {
+      this.#physics.walkers(this.crew.people.map(({ actor }) => actor.place), 1.6);
+      this.#physics.step(passed_s);
+    }
+    const shown = this.things();
+    this.#view.update(this.crew, this.#chosen, shown, !this.#page.stage.instead);
+  }
+
+  things() {
+    return this.#things.flatMap((thing, key) => {
+      const at = thing === null ? null : this.#physics.at(key);
+      if (at === null && thing !== null) this.#things[key] = null;
+      return at === null ? [] : [{ key, ...at }];
+    });
+  }
+
+  // Looks from a place towards another one, [x, y, z] in the figures' frame.
+  look(from, at) {
+    const [eye, target] = [from, at].map((place) => new Vector3(...place).applyMatrix4(this.#view.group.matrixWorld));
+    this.#page.look(eye, target);
+  }
+
+  // Where everybody is, in the figures' frame: what the tests look at.
+  log() {
+    return {
+      people: this.crew.people.map((person) => {
+        const joints = this.#view.joints.get(person);
+        const { state, place, heading } = person.actor;
+        return { number: person.number, state, place: [...place], heading, pelvis: joints?.pelvis.toArray(), ankles: joints?.legs.map((leg) => leg.ankle.toArray()), ankle_m: person.shape.ankle };
+      }),
+      insects: this.crew.insects.map(({ insect, wall }) => new Vector3(...insect.place).applyMatrix4(wall.to_figures).toArray()),
+      things: this.things(),
+    };
+  }
+
+  async #show_film(on) {
+    const { stage, surface, material } = this.#page;
+    if (!on) {
+      stage.instead = null;
+      this.#panel.mark('film', false);
+      return stage.invalidate();
+    }
+    try {
+      this.#frames ??= await fetch_frames();
+      this.#camera_view ??= new CameraView(stage, surface, material.depth);
+      this.#panel.set_frames(this.#frames.length);
+      await this.#panel.go_to(this.#panel.place);
+    } catch (error) {
+      return this.#panel.say(error.message);
+    }
+    if (!this.#camera_view.frame) return null;
+    stage.instead = (renderer, scene) => this.#camera_view.draw(renderer, scene);
+    this.#panel.mark('film', true);
+    return stage.invalidate();
+  }
+
+  // Returns the frame's number, or null if another one is wanted by now.
+  async #show_frame(place) {
+    const asked = ++this.#asked;
+    try {
+      const frame = await fetch_frame(place);
+      if (asked !== this.#asked) {
+        frame.image.close();
+        return null;
+      }
+      this.#camera_view.show(frame);
+      return frame.frame;
+    } catch (error) {
+      this.#panel.say(error.message);
+      return null;
+    }
+  }
+
+  async #save() {
+    const picture = await this.#camera_view.picture();
+    if (picture) this.#page.save_picture(picture, this.#camera_view.frame.frame);
+  }
+}
