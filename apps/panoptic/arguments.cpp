@@ -245,6 +245,15 @@ void add_play(CLI::App& play, Arguments& a) {
   add_viewer(play, a);
 }
 
+void add_export(CLI::App& app, Arguments& a) {
+  constexpr std::size_t kMostFrames = 1000;
+  CLI::App* command =
+      add_map_command(app, "export-web", "save the page with a map and its figures as a folder for any web server", a);
+  command->add_option("-o,--output", a.output, "folder; must be absent or empty")->required();
+  command->add_option("--camera-frames", a.camera_frames, "frames of the recording for the camera view, default 40")
+      ->check(CLI::Range(std::size_t{0}, kMostFrames));
+}
+
 void add_benchmark(CLI::App& benchmark, Arguments& a) {
   benchmark.add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
   benchmark.add_option("--group", a.group,
@@ -273,6 +282,7 @@ Arguments parse_arguments(int argc, char** argv) {
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
   add_play(*app.add_subcommand("play", "let figures walk, sit and lie in a map, in the browser"), a);
+  add_export(app, a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
   add_benchmark(*app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts"), a);
   app.add_subcommand("options", "list every option with its default, range and meaning");

@@ -27,6 +27,8 @@ std::string ViewerServer::url() const { return ""; }
 
 ViewerOptions viewer_options_from(const Arguments& /*arguments*/) { needs_viewer(); }
 
+int export_web(const Arguments& /*arguments*/) { needs_viewer(); }
+
 int view(const Arguments& /*arguments*/) { needs_viewer(); }
 
 }  // namespace panoptic

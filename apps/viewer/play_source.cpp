@@ -97,10 +97,9 @@ std::string PlaySource::frame(std::size_t place) {
   const FrameRecord& record = recording_->frames[place];
   const Camera& c = frame.color_camera;
   const Pose world_from_color = *record.world_from_camera * frame.color_from_depth.inverse();
-  return Json{
-      {"frame", record.frame},
-      {"world_from_camera", rows_of(world_from_color)},
-      {"camera", {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}}}
+  return Json{{"frame", record.frame},
+              {"world_from_camera", rows_of(world_from_color)},
+              {"camera", {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}}}
       .dump();
 }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// node build.mjs [FOLDER]: makes the page, FOLDER (default: dist/) with index.html and assets/{page.js,play.js,shared.js,page.css,icon.svg}.
-// play.js is what only the mode "Play" needs, and comes when it is opened; shared.js is what both need.
+// node build.mjs [FOLDER]: makes the page, FOLDER (default: dist/) with index.html and assets/{page.js,page.css,icon.svg,...}.
+// play.js is what only the mode "Play" needs, and comes when it is opened; chunk.js is what both need; saved.js is everything.
 // The names are fixed because the server compiles a table of them in; it needs nothing else, and the page loads nothing else.
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { dirname, join, relative, resolve } from 'node:path';
@@ -37,6 +37,8 @@ async function bundle(entryPoints, options) {
 
 await mkdir(join(target, 'assets'), { recursive: true });
 await bundle({ page: 'src/main.js' }, { format: 'esm', splitting: true, chunkNames: '[name]' });
+// The same as one classic script, for pages that panoptic export-web saves: a browser loads no modules from a disk.
+await bundle({ saved: 'src/main.js' }, { format: 'iife', logOverride: { 'empty-import-meta': 'silent' } });
 await bundle({ page: 'styles/page.css' }, {});
 await put('assets/icon.svg', await readFile(join(source, 'icon.svg')));
 await put('index.html', await readFile(join(source, 'index.html')));

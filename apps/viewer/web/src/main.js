@@ -5,6 +5,7 @@
 import { Color } from 'three';
 import { MeshoptDecoder } from 'meshoptimizer/decoder';
 import { Connection } from './connection.js';
+import { SavedConnection } from './saved_connection.js';
 import { Details } from './details.js';
 import { by_id, set_text } from './dom.js';
 import { save_glb, save_picture, save_screenshot } from './downloads.js';
@@ -19,6 +20,7 @@ import { Navigation } from './navigation.js';
 import { ObjectList } from './objects.js';
 import { Picking } from './picking.js';
 import { Pointer } from './pointer.js';
+import { saved } from './server.js';
 import { recall, remember } from './settings.js';
 import { Shortcuts } from './shortcuts.js';
 import { Stage } from './stage.js';
@@ -67,7 +69,7 @@ class Page {
   #state = null;  // the newest one
   #panels_pending = false;
   #panels_ms = -Infinity;
-  #connection = new Connection({
+  #connection = new (saved === null ? Connection : SavedConnection)({
     status: (state) => this.#status.set_connection(state), scene: (scene) => this.#on_scene(scene), state: (state) => this.#on_state(state),
     objects: (objects) => this.#on_objects(objects), chunks: (chunks) => this.#on_chunks(chunks),
   });
@@ -128,7 +130,7 @@ class Page {
 
   // The address that panoptic play prints ends in #play.
   #play_if_asked() {
-    if (window.location.hash !== '#play' || this.#play || this.#labels.objects.length === 0) return;
+    if ((window.location.hash !== '#play' && saved === null) || this.#play || this.#labels.objects.length === 0) return;
     this.#toggle_play();
   }
 
@@ -282,6 +284,7 @@ class Page {
     };
     button('screenshot', 'camera', 'Save a screenshot (X)', () => this.#save_screenshot());
     button('glb', 'download', 'Download the surface as GLB', () => save_glb(this.#title));
+    by_id('glb').hidden = saved !== null;  // it is made by the server
     button('theme', 'theme', 'Light or dark (T)', () => this.#theme.toggle());
     button('help-open', 'help', 'Keyboard shortcuts (?)');
     button('toggle-left', 'list', 'Classes and objects');
@@ -318,11 +321,12 @@ class Page {
 
 // The server has set a cookie: a token in the address would only end up in pictures of the window.
 if (window.location.search) window.history.replaceState(null, '', window.location.pathname + window.location.hash);
-await MeshoptDecoder.ready;
-lay_out();
-try {
-  new Page();
-} catch (error) {
-  set_text(by_id('message'), `This browser cannot draw the map (${error.message}). It needs WebGL 2.`);
-  throw error;
-}
+MeshoptDecoder.ready.then(() => {
+  lay_out();
+  try {
+    return new Page();
+  } catch (error) {
+    set_text(by_id('message'), `This browser cannot draw the map (${error.message}). It needs WebGL 2.`);
+    throw error;
+  }
+});

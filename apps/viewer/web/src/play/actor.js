@@ -11,6 +11,7 @@ const kTurn_rad_s = 3.4;
 const kTurnWalking_rad_s = 5.5;
 const kArrived_m = 0.07;
 const kPatience_s = 12;     // without getting on: then it gives up
+const kStuck_s = 0.8;
 const kSitDown_s = 1.5;
 const kLieDown_s = 1.7;
 const kMoving_m_s = 0.06;
@@ -60,6 +61,11 @@ export class Actor {
     return ['sitting down', 'sitting', 'lying down', 'lying', 'getting up', 'standing up'].includes(this.state);
   }
 
+  // Whether somebody stands in its way.
+  get is_stuck() {
+    return this.state === 'walking' && this.#stuck_s > kStuck_s;
+  }
+
   // Each returns false, and changes nothing, if there is no way.
   go(to) {
     const at = this.#floor.nearest(to, 0.4);
@@ -84,14 +90,26 @@ export class Actor {
   }
 
   stand() {
-    if (this.state !== 'sitting' && this.state !== 'lying') return false;
-    this.#set(this.state === 'lying' ? 'getting up' : 'standing up');
-    return true;
+    if (this.state === 'lying') {
+      this.#set('getting up');
+      return true;
+    }
+    return this.state === 'sitting' && this.#rise();
   }
 
   leave() {
     this.#agent?.leave();
     this.#agent = null;
+  }
+
+  // Only if nobody stands where it will stand; who comes by then goes around.
+  #rise() {
+    const { spot } = this.goal;
+    if (!this.#floor.is_clear(spot)) return false;
+    this.#agent = this.#floor.enter(spot);
+    if (!this.#agent) return false;
+    this.#set('standing up');
+    return true;
   }
 
   // Where it stands when it is up again.
@@ -103,13 +121,17 @@ export class Actor {
     return this.#floor.way(this.#base, at) !== null;
   }
 
+  #is_clear(at) {
+    return this.#agent ? this.#agent.is_clear(at) : this.#floor.is_clear(at);
+  }
+
   #spot_before(seat) {
     for (const { at } of spots_before(seat)) {
       const near = this.#floor.nearest(at, 0.09);
-      if (near !== null && this.#reaches(near)) return near;
+      if (near !== null && this.#is_clear(near) && this.#reaches(near)) return near;
     }
     const near = this.#floor.nearest([seat.at[0] + 0.4 * seat.facing[0], 0, seat.at[2] + 0.4 * seat.facing[2]], 0.8);
-    return near !== null && apart(near, seat.at) < 0.95 && this.#reaches(near) ? near : null;
+    return near !== null && apart(near, seat.at) < 0.95 && this.#is_clear(near) && this.#reaches(near) ? near : null;
   }
 
   #begin(goal) {
@@ -196,7 +218,6 @@ export class Actor {
     if (!done && this.#in_state_s < 4) return;
     if (this.#in_state_s < 0.35) return;
     this.goal.spot = [...this.place];
-    this.leave();
     this.#set('sitting down');
   }
 
@@ -228,6 +249,7 @@ export class Actor {
     const t = this.#in_state_s / kSitDown_s;
     this.#between_seat_and_spot(Math.min(1, t), sitting(this.#shape, this.goal.height));
     if (t < 1) return;
+    this.leave();
     this.#set(this.goal.kind === 'bed' ? 'lying down' : 'sitting');
   }
 
@@ -259,14 +281,13 @@ export class Actor {
   #get_up() {
     const t = this.#in_state_s / kLieDown_s;
     this.#swing_onto_bed(Math.max(0, 1 - t));
-    if (t >= 1) this.#set('standing up');
+    if (t >= 1) this.#rise();  // or waits on the edge
   }
 
   #stand_up() {
     const t = this.#in_state_s / kSitDown_s;
     this.#between_seat_and_spot(Math.max(0, 1 - t), sitting(this.#shape, this.goal.height));
     if (t < 1) return;
-    this.#agent = this.#floor.enter(this.goal.spot);
     this.place = this.#agent.place();
     this.#gait = this.#speed = 0;
     const next = this.#next;

@@ -111,6 +111,7 @@ export class Body {
     shade.onBeforeCompile = soft_edge;
     this.shadow = new Mesh(new CircleGeometry(1, 28).rotateX(-Math.PI / 2), shade);
     this.shadow.renderOrder = 1;
+    this.shadow.raycast = () => {};  // nobody clicks a shadow
     this.group.add(this.shadow);
   }
 

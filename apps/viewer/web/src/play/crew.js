@@ -15,6 +15,7 @@ const kTries = 24;
 const kApart_m = 0.7;
 const kBored_s = [1.5, 4];
 const kSits_s = [6, 16];
+const kInTheWay_m = 0.8;
 const kMostLate_s = 0.25;
 
 const turned = (rows) => new Matrix4().set(...rows.flat());
@@ -114,6 +115,20 @@ export class Crew {
     if (to) actor.go(to);
   }
 
+  // Who stands in somebody's way steps aside.
+  #make_way() {
+    for (const { actor } of this.people) {
+      if (!actor.is_stuck) continue;
+      for (const other of this.people) {
+        if (other.actor === actor || other.actor.state !== 'standing' || distance(other.actor.place, actor.place) > kInTheWay_m) continue;
+        for (let i = 0; i < kTries; ++i) {
+          const to = this.floor.random();
+          if (to && distance(to, other.actor.place) < 3 && distance(to, actor.place) > 1 && other.actor.go(to)) break;
+        }
+      }
+    }
+  }
+
   #take(person, places, act) {
     const free = places.filter((place) => this.is_free(place));
     if (free.length === 0) return;
@@ -126,6 +141,7 @@ export class Crew {
     for (; this.#late_s >= kStep_s; this.#late_s -= kStep_s) {
       this.time_s += kStep_s;
       if (this.on_their_own) for (const person of this.people) this.#decide(person, kStep_s);
+      this.#make_way();
       this.floor.step();
       for (const { actor } of this.people) actor.update(kStep_s);
       for (const { insect } of this.insects) insect.update(kStep_s);

@@ -70,7 +70,17 @@ export class Floor extends Mesh {
     return {
       place: () => list(agent.position()), velocity: () => list(agent.velocity()),
       go: (to) => agent.requestMoveTarget(xyz(to)), stop: () => agent.resetMoveTarget(), leave: () => this.#crowd.removeAgent(agent),
+      is_clear: (at) => this.is_clear(at, agent),
     };
+  }
+
+  // Whether nobody else is there.
+  is_clear([x, , z], own = null) {
+    return this.#crowd.getAgents().every((agent) => {
+      if (agent.agentIndex === own?.agentIndex) return true;
+      const at = agent.position();
+      return Math.hypot(at.x - x, at.z - z) > 2 * kAgent.radius;
+    });
   }
 
   step() {

@@ -124,20 +124,50 @@ export class Play {
     else this.#panel.step(name === 'next' ? 1 : -1);
   }
 
-  // A click on the canvas, in its pixels.
-  click(x_px, y_px, { lie = false } = {}) {
+  // What is under a pixel of the canvas: {direction, surface: {id, place, distance}, figure: {key, distance}}, each null where there
+  // is none; null beside the picture of the camera view.
+  #under(x_px, y_px) {
     const { stage, pick } = this.#page;
     const { clientWidth: width, clientHeight: height } = stage.canvas;
     const film = stage.instead ? this.#camera_view.aim(x_px, y_px, width, height) : null;
-    if (stage.instead && film === null) return;
+    if (stage.instead && film === null) return null;
     const caster = new Raycaster();
     const aim = film ? new Vector2(film.x, film.y) : new Vector2((2 * x_px) / width - 1, 1 - (2 * y_px) / height);
     caster.setFromCamera(aim, film?.camera ?? stage.camera);
     caster.layers.set(kFiguresLayer);
-    const found = pick(x_px, y_px, film);
-    const figure = this.#view.hit(caster);
-    if (figure && (!found || figure.distance < caster.ray.origin.distanceTo(found.place) + 0.02)) return void this.#touch(figure.key, caster.ray.direction);
-    if (found) this.#send(found, lie || this.#lie);
+    const surface = pick(x_px, y_px, film);
+    if (surface) surface.distance = caster.ray.origin.distanceTo(surface.place);
+    return { direction: caster.ray.direction, surface, figure: this.#view.hit(caster) };
+  }
+
+  // A click on the canvas, in its pixels.
+  click(x_px, y_px, { lie = false } = {}) {
+    const under = this.#under(x_px, y_px);
+    if (under === null) return;
+    const { surface, figure, direction } = under;
+    if (figure && (!surface || figure.distance < surface.distance + 0.02)) return void this.#touch(figure.key, direction);
+    if (surface) this.#send(surface, lie || this.#lie);
+  }
+
+  // For those who check: how far a figure and the surface are under pixels [x, y] of the canvas, in metres, null where there is none.
+  distances(pixels) {
+    return pixels.map(([x, y]) => {
+      const under = this.#under(x, y);
+      return { figure_m: under?.figure?.distance ?? null, surface_m: under?.surface?.distance ?? null };
+    });
+  }
+
+  show_figures(shown) {
+    this.#view.group.visible = shown;
+    this.#page.stage.invalidate();
+  }
+
+  push(thing, speed) {
+    this.#physics?.push(thing, speed);
+  }
+
+  show_frame(place) {
+    return this.#panel.go_to(place);
   }
 
   #touch(key, direction) {

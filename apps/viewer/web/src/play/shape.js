@@ -18,13 +18,13 @@ export function shape_of(height_m) {
   const share = (part) => part * height_m;
   return {
     height: height_m,
-    thigh: share(0.245), shin: share(0.246), ankle: share(0.045),  // the ankle's height above the sole
-    hip: share(0.525),          // the pelvis above the floor, standing with knees not quite straight
+    thigh: share(0.24), shin: share(0.238), ankle: share(0.045),  // the ankle's height above the sole
+    hip: share(0.513),          // the pelvis above the floor, standing with knees not quite straight
     hip_half: share(0.052),
     waist: share(0.055),        // from the pelvis up to where the back bends
-    chest: share(0.235),        // from there to the height of the shoulders
+    chest: share(0.222),        // from there to the height of the shoulders
     shoulder_half: share(0.108),
-    neck: share(0.055), head: share(0.078),  // from the shoulders to the chin; radius of the head
+    neck: share(0.048), head: share(0.078),  // from the shoulders to the chin; radius of the head
     upper_arm: share(0.165), forearm: share(0.15), hand: share(0.032),
     foot: share(0.15), foot_half: share(0.028),
     buttocks: share(0.058),     // from the pelvis down to what one sits on
