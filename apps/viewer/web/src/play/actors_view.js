@@ -70,7 +70,7 @@ export class ActorsView {
         frame.matrixAutoUpdate = false;
         frame.matrix.copy(item.wall.to_figures);
         frame.add(body.group);
-        return { group: frame, hold: (insect) => body.hold(insect), dispose: () => body.dispose() };
+        return { group: frame, hold: (insect) => body.hold(insect, item.lift_m ?? 0), dispose: () => body.dispose() };
       }).hold(item.insect);
     });
     for (const { key, kind, place, turn } of things) {

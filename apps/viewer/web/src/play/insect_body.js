@@ -39,8 +39,10 @@ export class InsectBody {
     shadow.geometry.computeBoundingSphere();
   }
 
-  hold(insect) {
-    this.group.position.set(...insect.place);
+  // lift_m: from its navigation mesh to the surface.
+  hold(insect, lift_m) {
+    const [x, y, z] = insect.place;
+    this.group.position.set(x, y + lift_m, z);
     this.group.rotation.y = insect.heading;
     const phase = insect.travelled_m / kStride_m;
     this.#legs.forEach(([upper, lower], i) => {

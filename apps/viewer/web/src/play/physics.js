@@ -37,6 +37,13 @@ export class Physics {
     }
   }
 
+  // Where a ray from [x, y, z] meets the solid surface within so many metres: the distance, or null.
+  cast([x, y, z], [dx, dy, dz], far_m) {
+    const ray = new RAPIER.Ray({ x, y, z }, { x: dx, y: dy, z: dz });
+    const hit = this.#world.castRay(ray, far_m, false, RAPIER.QueryFilterFlags.EXCLUDE_DYNAMIC | RAPIER.QueryFilterFlags.EXCLUDE_KINEMATIC);
+    return hit === null ? null : hit.timeOfImpact;
+  }
+
   // A thing that stands at [x, y, z]. Returns its number, or null if there are too many.
   put(kind, [x, y, z], turn = 0) {
     if (this.#things.filter((thing) => thing !== null).length >= kMostThings) return null;
@@ -77,6 +84,13 @@ export class Physics {
     this.#late_s = Math.min(0.1, this.#late_s + passed_s);
     for (; this.#late_s >= kStep_s; this.#late_s -= kStep_s) this.#world.step();
     return this.#things.some((thing) => thing !== null && !thing.body.isSleeping());
+  }
+
+  // Makes what was handed over since the last step known to rays.
+  settle() {
+    this.#world.timestep = 0;
+    this.#world.step();
+    this.#world.timestep = kStep_s;
   }
 
   // {kind, place, turn, asleep} of a thing; null if it was taken away or fell out of the map.

@@ -10,7 +10,8 @@ export function places_of(affordances) {
     seats: affordances.seats.map((seat, number) => ({ number, object: seat.object, at: turned(seat.position), facing: turned(seat.facing), height: seat.height_m })),
     beds: affordances.lying_places.map((bed, number) => ({ number, object: bed.object, at: turned(bed.center), axis: turned(bed.axis), height: bed.height_m,
       length: bed.length_m, width: bed.width_m, polygon: bed.polygon.map(turned) })),
-    tables: affordances.table_tops.map((top, number) => ({ number, object: top.object, height: top.height_m, polygon: top.polygon.map(turned) })),
+    tables: affordances.table_tops.map((top, number) => ({ number, object: top.object, height: top.height_m, polygon: top.polygon.map(turned),
+      free: (top.free_rectangles ?? []).map((corners) => corners.map(turned)) })),
   };
 }
 

@@ -14,6 +14,8 @@ import { fetch_frame, fetch_frames, fetch_plan } from './play_data.js';
 import { PlayPanel } from './play_panel.js';
 
 const kSolidAround_m = 0.9;
+const kWallBefore_m = 0.04;
+const kTouching_m = 0.004;  // nearer the ray began inside of something
 const kLongestStep_s = 0.25;
 const kFirstPeople = 2;
 const kFirstInsects = 2;
@@ -215,9 +217,9 @@ export class Play {
   }
 
   // The surface around and below a place, handed to the physics.
-  #make_solid([x, y, z]) {
+  #make_solid([x, y, z], below_m = y + 0.3) {
     const to_map = this.#view.group.matrix;
-    const box = new Box3(new Vector3(x - kSolidAround_m, -0.3, z - kSolidAround_m), new Vector3(x + kSolidAround_m, y + 0.5, z + kSolidAround_m)).applyMatrix4(to_map);
+    const box = new Box3(new Vector3(x - kSolidAround_m, y - below_m, z - kSolidAround_m), new Vector3(x + kSolidAround_m, y + 0.5, z + kSolidAround_m)).applyMatrix4(to_map);
     const from_map = to_map.clone().invert();
     const point = new Vector3();
     const chunks = this.#page.surface.chunks_in(box);
@@ -239,12 +241,29 @@ export class Play {
   // Also for those who check: moves everything on by so much time.
   advance(passed_s) {
     for (let left = passed_s; left > 0; left -= kLongestStep_s) this.crew.update(Math.min(left, kLongestStep_s));
+    if (this.#physics && this.crew.insects.length > 0) this.#set_insects_down();
     if (this.#physics && this.#things.some((thing) => thing !== null)) {
       this.#physics.walkers(this.crew.people.map(({ actor }) => actor.place), 1.6);
       this.#physics.step(passed_s);
     }
     const shown = this.things();
     this.#view.update(this.crew, this.#chosen, shown, !this.#page.stage.instead);
+  }
+
+  // The walls' navigation meshes are planes; what is drawn and measured is the surface: insects stand on that.
+  #set_insects_down() {
+    for (const item of this.crew.insects) {
+      const at = new Vector3(...item.insect.place).applyMatrix4(item.wall.to_figures);
+      if (!item.solid_at || item.solid_at.distanceTo(at) > 0.5 * kSolidAround_m) {
+        this.#make_solid(at.toArray(), kSolidAround_m);
+        item.solid_at = at;
+        this.#physics.settle();
+      }
+      const out = new Vector3(0, 1, 0).transformDirection(item.wall.to_figures);
+      const from = at.clone().addScaledVector(out, kWallBefore_m);
+      const hit = this.#physics.cast(from.toArray(), out.clone().negate().toArray(), 2 * kWallBefore_m);
+      item.lift_m = hit === null || hit < kTouching_m ? 0 : kWallBefore_m - hit;
+    }
   }
 
   things() {
@@ -269,7 +288,7 @@ export class Play {
         const { state, place, heading } = person.actor;
         return { number: person.number, state, place: [...place], heading, pelvis: joints?.pelvis.toArray(), ankles: joints?.legs.map((leg) => leg.ankle.toArray()), ankle_m: person.shape.ankle };
       }),
-      insects: this.crew.insects.map(({ insect, wall }) => new Vector3(...insect.place).applyMatrix4(wall.to_figures).toArray()),
+      insects: this.crew.insects.map(({ insect: { place: [x, y, z] }, wall, lift_m = 0 }) => new Vector3(x, y + lift_m, z).applyMatrix4(wall.to_figures).toArray()),
       things: this.things(),
     };
   }
