@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the mode "Play" needs of a map (docs/viewer_protocol.md): its plan, and the frames that it was made of. Made when
+// The mode "Play" needs this of a map (docs/viewer_protocol.md): its plan, and the frames that it was made of. Made when
 // somebody asks for the first time. One thread at a time.
 #pragma once
 

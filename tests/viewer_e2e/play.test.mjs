@@ -118,6 +118,7 @@ test('Play: five people of their own never walk through what is truly there, in 
 
 // The map has walls where the truth has none to compare with (nobody saw them from near), whence the share.
 test('Play: insects are within 2 cm of the true walls', async () => {
+  await viewer.page.evaluate(() => { globalThis.panoptic_play.clear(); for (let i = 0; i < 3; ++i) globalThis.panoptic_play.add_insect(); });
   const distances = [];
   for (let i = 0; i < 40; ++i) {
     await advance(2);

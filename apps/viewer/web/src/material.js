@@ -104,7 +104,7 @@ void main() {
   bytes = vec4(ivec4(row & 255, row >> 8, far & 255, far >> 8)) / 255.0;
 }`;
 
-// What hides figures in the camera view: depth alone.
+// Hides figures in the camera view: depth alone.
 const kDepthFragment = `
 precision highp float;
 in float shown;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What one figure does: stands, walks, turns, sits, lies. It knows nothing of drawing. While it stands and walks the crowd moves it;
+// One figure and its doings: it stands, walks, turns, sits, lies. It knows nothing of drawing. While it stands and walks the crowd moves it;
 // from the spot before a seat to the seat and back it moves by itself.
 import { Vector3 } from 'three';
 import { bending, ease, lying, mix, resting, shuffling, sitting, standing, stride_of, walking } from './pose.js';

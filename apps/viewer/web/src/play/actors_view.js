@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is drawn of a crew and of the things: one body each, made when it comes and freed when it goes.
+// Draws a crew and the things: one body each, made when it comes and freed when it goes.
 import { AmbientLight, DirectionalLight, Group, HemisphereLight, Mesh, MeshBasicMaterial, RingGeometry } from 'three';
 import { Body } from './body.js';
 import { kFiguresLayer } from './camera_view.js';

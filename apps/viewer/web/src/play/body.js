@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a figure looks like: rounded parts between its joints. Everything is made here from a few numbers.
+// The looks of a figure: rounded parts between its joints. Everything is made here from a few numbers.
 import { BufferGeometry, CircleGeometry, Float32BufferAttribute, Group, LatheGeometry, Mesh, MeshBasicMaterial, MeshLambertMaterial, Quaternion, SphereGeometry, Vector2, Vector3 } from 'three';
 import { joints_of } from './skeleton.js';
 

@@ -66,7 +66,7 @@ export class CameraView {
     return { x: (width - size.width) / 2, y: (height - size.height) / 2, ...size };
   }
 
-  // What a point of the canvas looks at: {camera, x, y} with x, y from -1 to 1; null beside the picture.
+  // The ray of a point of the canvas: {camera, x, y} with x, y from -1 to 1; null beside the picture.
   aim(x_px, y_px, width, height) {
     const box = this.box(width, height);
     const [x, y] = [(2 * (x_px - box.x)) / box.width - 1, 1 - (2 * (y_px - box.y)) / box.height];

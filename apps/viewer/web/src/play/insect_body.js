@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What an insect robot looks like: a shell of two halves, a head with two lamps, six legs that step three at a time.
+// The looks of an insect robot: a shell of two halves, a head with two lamps, six legs that step three at a time.
 import { CircleGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, MeshPhongMaterial, SphereGeometry, Vector3 } from 'three';
 import { soft_edge } from './body.js';
 

@@ -27,7 +27,7 @@ export function is_inside(polygon, [x, , z]) {
 
 const apart = (a, b) => Math.hypot(a[0] - b[0], a[2] - b[2]);
 
-// What a click on the surface means: {kind: 'seat' | 'bed' | 'table' | 'floor' | 'nothing', place}. `id`: the object there.
+// The meaning of a click on the surface: {kind: 'seat' | 'bed' | 'table' | 'floor' | 'nothing', place}. `id`: the object there.
 export function meant(places, id, at, free = () => true) {
   const beds = places.beds.filter((bed) => bed.object === id);
   const seats = places.seats.filter((seat) => seat.object === id && free(seat)).sort((a, b) => apart(a.at, at) - apart(b.at, at));

@@ -2,20 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The mode "Play": figures that live in the map. Loaded when somebody opens it for the first time.
-import { Box3, Matrix4, Raycaster, Vector2, Vector3 } from 'three';
+import { Matrix4, Raycaster, Vector2, Vector3 } from 'three';
 import { by_id } from '../dom.js';
 import { ActorsView } from './actors_view.js';
-import { CameraView, kFiguresLayer } from './camera_view.js';
+import { kFiguresLayer } from './camera_view.js';
 import { Crew, world_from_figures } from './crew.js';
+import { Film } from './film.js';
 import { start_recast } from './ground.js';
-import { Physics, start_physics } from './physics.js';
+import { start_physics } from './physics.js';
 import { meant } from './places.js';
-import { fetch_frame, fetch_frames, fetch_plan } from './play_data.js';
+import { fetch_plan } from './play_data.js';
 import { PlayPanel } from './play_panel.js';
+import { SolidWorld } from './solid_world.js';
 
-const kSolidAround_m = 0.9;
-const kWallBefore_m = 0.04;
-const kTouching_m = 0.004;  // nearer the ray began inside of something
 const kLongestStep_s = 0.25;
 const kFirstPeople = 2;
 const kFirstInsects = 2;
@@ -32,19 +31,16 @@ export class Play {
   #page;     // {stage, surface, material, labels, pick, save_picture(blob, number)}
   #view = new ActorsView();
   #panel;
-  #physics = null;
-  #things = [];
+  #solid;
+  #film;
   #chosen = null;
   #thing = 'cup';
   #lie = false;
-  #camera_view = null;
-  #frames = null;
-  #asked = 0;
   #before_ms = 0;
 
   // Throws an Error that says why there is nothing to play with.
   static async open(page) {
-    const [plan] = await Promise.all([fetch_plan(), start_recast()]);
+    const [plan] = await Promise.all([fetch_plan(), start_recast(), start_physics()]);
     return new Play(page, plan);
   }
 
@@ -56,14 +52,15 @@ export class Play {
     page.stage.camera.layers.enable(kFiguresLayer);
     this.#panel = new PlayPanel(by_id('play-bar'), {
       person: () => this.add_person(), insect: () => this.add_insect(), clear: () => this.clear(), thing: (kind) => this.choose_thing(kind),
-      toggle: (name, on) => this.toggle(name, on), frame: (place) => this.#show_frame(place), save: () => this.#save(),
+      toggle: (name, on) => this.toggle(name, on), frame: (place) => this.#film.go_to(place), save: () => this.#film.save(),
     });
+    this.#film = new Film(page, this.#panel);
+    this.#solid = new SolidWorld(page.surface, this.#view.group.matrix);
     this.#panel.mark('alone', this.crew.on_their_own);
     this.#panel.mark_thing(this.#thing);
     for (let i = 0; i < kFirstPeople; ++i) this.add_person();
     for (let i = 0; i < kFirstInsects; ++i) this.crew.add_insect();
     this.#panel.say(kHints.none);
-    start_physics().then(() => { this.#physics = new Physics(); });
   }
 
   show(shown) {
@@ -77,8 +74,7 @@ export class Play {
       stage.animate(() => this.#tick());
     } else {
       stage.map.remove(this.#view.group);
-      stage.instead = null;
-      this.#panel.mark('film', false);
+      this.#film.hide();
     }
     stage.invalidate();
   }
@@ -102,8 +98,7 @@ export class Play {
   clear() {
     this.crew.clear();
     this.#chosen = null;
-    this.#things.forEach((_, number) => this.#physics?.remove(number));
-    this.#things = this.#things.map(() => null);
+    this.#solid.clear();
     this.#page.stage.invalidate();
   }
 
@@ -113,7 +108,7 @@ export class Play {
   }
 
   toggle(name, on = null) {
-    if (name === 'film') return this.#show_film(on ?? !this.#page.stage.instead);
+    if (name === 'film') return (on ?? !this.#film.shown) ? this.#film.show() : this.#film.hide();
     if (name === 'alone') this.crew.on_their_own = on ?? !this.crew.on_their_own;
     if (name === 'lie') this.#lie = on ?? !this.#lie;
     return this.#panel.mark(name, name === 'alone' ? this.crew.on_their_own : this.#lie);
@@ -126,13 +121,13 @@ export class Play {
     else this.#panel.step(name === 'next' ? 1 : -1);
   }
 
-  // What is under a pixel of the canvas: {direction, surface: {id, place, distance}, figure: {key, distance}}, each null where there
+  // Finds what is under a pixel of the canvas: {direction, surface: {id, place, distance}, figure: {key, distance}}, each null where there
   // is none; null beside the picture of the camera view.
   #under(x_px, y_px) {
     const { stage, pick } = this.#page;
     const { clientWidth: width, clientHeight: height } = stage.canvas;
-    const film = stage.instead ? this.#camera_view.aim(x_px, y_px, width, height) : null;
-    if (stage.instead && film === null) return null;
+    const film = this.#film.shown ? this.#film.aim(x_px, y_px, width, height) : null;
+    if (this.#film.shown && film === null) return null;
     const caster = new Raycaster();
     const aim = film ? new Vector2(film.x, film.y) : new Vector2((2 * x_px) / width - 1, 1 - (2 * y_px) / height);
     caster.setFromCamera(aim, film?.camera ?? stage.camera);
@@ -165,7 +160,7 @@ export class Play {
   }
 
   push(thing, speed) {
-    this.#physics?.push(thing, speed);
+    this.#solid.push(thing, speed);
   }
 
   show_frame(place) {
@@ -175,7 +170,7 @@ export class Play {
   #touch(key, direction) {
     if (typeof key === 'number') {
       const way = direction.clone().transformDirection(this.#to_figures()).setY(0).normalize().multiplyScalar(kPushed_m_s);
-      this.#physics?.push(key, way.toArray());
+      this.#solid.push(key, way.toArray());
     } else if (this.crew.people.includes(key)) {
       if (this.#chosen === key) key.actor.stand();
       this.#chosen = key;
@@ -190,7 +185,7 @@ export class Play {
   #send({ id, place }, lie) {
     const at = place.clone().applyMatrix4(this.#to_figures()).toArray();
     const what = meant(this.crew.places, id, at, (seat) => this.crew.is_free(seat) || this.#chosen?.actor.takes(seat));
-    if (what.kind === 'table') return this.#put(at);
+    if (what.kind === 'table') return this.put(this.#thing, at);
     if (what.kind === 'nothing') return this.#panel.say(kHints.nothing);
     const person = this.#chosen ?? this.crew.people[0];
     if (!person) return this.#panel.say(kHints.none);
@@ -207,26 +202,10 @@ export class Play {
     return this.#panel.say(goes ? kHints[what.kind] : kHints.no_way);
   }
 
-  #put(at) {
-    if (!this.#physics) return;
-    this.#make_solid(at);
-    const number = this.#physics.put(this.#thing, at, at[0] * 7 + at[2] * 3);
-    if (number === null) return this.#panel.say(kHints.full);
-    this.#things[number] = { kind: this.#thing };
+  // Puts a thing on what is at [x, y, z] in the figures' frame.
+  put(kind, at) {
+    if (!this.#solid.put(kind, at)) this.#panel.say(kHints.full);
     this.#page.stage.invalidate();
-  }
-
-  // The surface around and below a place, handed to the physics.
-  #make_solid([x, y, z], below_m = y + 0.3) {
-    const to_map = this.#view.group.matrix;
-    const box = new Box3(new Vector3(x - kSolidAround_m, y - below_m, z - kSolidAround_m), new Vector3(x + kSolidAround_m, y + 0.5, z + kSolidAround_m)).applyMatrix4(to_map);
-    const from_map = to_map.clone().invert();
-    const point = new Vector3();
-    const chunks = this.#page.surface.chunks_in(box);
-    for (const { places } of chunks) {
-      for (let i = 0; i < places.length; i += 3) point.fromArray(places, i).applyMatrix4(from_map).toArray(places, i);
-    }
-    this.#physics.solid(chunks);
   }
 
   #tick() {
@@ -241,37 +220,14 @@ export class Play {
   // Also for those who check: moves everything on by so much time.
   advance(passed_s) {
     for (let left = passed_s; left > 0; left -= kLongestStep_s) this.crew.update(Math.min(left, kLongestStep_s));
-    if (this.#physics && this.crew.insects.length > 0) this.#set_insects_down();
-    if (this.#physics && this.#things.some((thing) => thing !== null)) {
-      this.#physics.walkers(this.crew.people.map(({ actor }) => actor.place), 1.6);
-      this.#physics.step(passed_s);
-    }
-    const shown = this.things();
-    this.#view.update(this.crew, this.#chosen, shown, !this.#page.stage.instead);
+    this.#solid.set_down(this.crew.insects);
+    this.#solid.step(passed_s, this.crew.people.map(({ actor }) => actor.place));
+    this.#view.update(this.crew, this.#chosen, this.#solid.things, !this.#film.shown);
   }
 
-  // The walls' navigation meshes are planes; what is drawn and measured is the surface: insects stand on that.
-  #set_insects_down() {
-    for (const item of this.crew.insects) {
-      const at = new Vector3(...item.insect.place).applyMatrix4(item.wall.to_figures);
-      if (!item.solid_at || item.solid_at.distanceTo(at) > 0.5 * kSolidAround_m) {
-        this.#make_solid(at.toArray(), kSolidAround_m);
-        item.solid_at = at;
-        this.#physics.settle();
-      }
-      const out = new Vector3(0, 1, 0).transformDirection(item.wall.to_figures);
-      const from = at.clone().addScaledVector(out, kWallBefore_m);
-      const hit = this.#physics.cast(from.toArray(), out.clone().negate().toArray(), 2 * kWallBefore_m);
-      item.lift_m = hit === null || hit < kTouching_m ? 0 : kWallBefore_m - hit;
-    }
-  }
-
-  things() {
-    return this.#things.flatMap((thing, key) => {
-      const at = thing === null ? null : this.#physics.at(key);
-      if (at === null && thing !== null) this.#things[key] = null;
-      return at === null ? [] : [{ key, ...at }];
-    });
+  // The picture as it is now, for those who keep it in the same turn.
+  picture_now() {
+    this.#page.stage.draw_now();
   }
 
   // Looks from a place towards another one, [x, y, z] in the figures' frame.
@@ -289,50 +245,7 @@ export class Play {
         return { number: person.number, state, place: [...place], heading, pelvis: joints?.pelvis.toArray(), ankles: joints?.legs.map((leg) => leg.ankle.toArray()), ankle_m: person.shape.ankle };
       }),
       insects: this.crew.insects.map(({ insect: { place: [x, y, z] }, wall, lift_m = 0 }) => new Vector3(x, y + lift_m, z).applyMatrix4(wall.to_figures).toArray()),
-      things: this.things(),
+      things: this.#solid.things,
     };
-  }
-
-  async #show_film(on) {
-    const { stage, surface, material } = this.#page;
-    if (!on) {
-      stage.instead = null;
-      this.#panel.mark('film', false);
-      return stage.invalidate();
-    }
-    try {
-      this.#frames ??= await fetch_frames();
-      this.#camera_view ??= new CameraView(stage, surface, material.depth);
-      this.#panel.set_frames(this.#frames.length);
-      await this.#panel.go_to(this.#panel.place);
-    } catch (error) {
-      return this.#panel.say(error.message);
-    }
-    if (!this.#camera_view.frame) return null;
-    stage.instead = (renderer, scene) => this.#camera_view.draw(renderer, scene);
-    this.#panel.mark('film', true);
-    return stage.invalidate();
-  }
-
-  // Returns the frame's number, or null if another one is wanted by now.
-  async #show_frame(place) {
-    const asked = ++this.#asked;
-    try {
-      const frame = await fetch_frame(place);
-      if (asked !== this.#asked) {
-        frame.image.close();
-        return null;
-      }
-      this.#camera_view.show(frame);
-      return frame.frame;
-    } catch (error) {
-      this.#panel.say(error.message);
-      return null;
-    }
-  }
-
-  async #save() {
-    const picture = await this.#camera_view.picture();
-    if (picture) this.#page.save_picture(picture, this.#camera_view.frame.frame);
   }
 }
