@@ -157,6 +157,7 @@ export class Navigation {
     if (this.mode !== 'orbit') this.set_mode('orbit');
     this.touched = true;
     this.#jump({ target, position });
+    this.#stage.camera.updateMatrixWorld();  // a click may come before the next drawing
   }
 
   #jump({ target, position }) {
