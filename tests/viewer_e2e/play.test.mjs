@@ -130,7 +130,7 @@ test('Play: insects are within 2 cm of the true walls', async () => {
   assert.ok(distances[114] < 0.02, `${distances.slice(100)} m`);
 });
 
-test('Play: what is put on a table rests on it, and falls when it is pushed over the edge', { todo: kNotSeenToPass }, async () => {
+test('Play: what is put on a table rests on it, and falls when it is pushed over the edge', async () => {
   const table = await viewer.page.evaluate(() => {
     globalThis.panoptic_play.clear();
     const free = globalThis.panoptic_play.crew.places.tables.find((top) => top.free.length > 0)?.free[0];
