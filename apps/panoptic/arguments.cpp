@@ -256,6 +256,20 @@ void add_view(CLI::App& view, Arguments& a) {
   add_viewer(view, a);
 }
 
+void add_play(CLI::App& play, Arguments& a) {
+  play.add_option("map", a.viewed, "map file, as run --map writes it")->required();
+  add_viewer(play, a);
+}
+
+void add_export(CLI::App& app, Arguments& a) {
+  constexpr std::size_t kMostFrames = 1000;
+  CLI::App* command =
+      add_map_command(app, "export-web", "save the page with a map and its figures as a folder for any web server", a);
+  command->add_option("-o,--output", a.output, "folder; must be absent or empty")->required();
+  command->add_option("--camera-frames", a.camera_frames, "frames of the recording for the camera view, default 40")
+      ->check(CLI::Range(std::size_t{0}, kMostFrames));
+}
+
 void add_benchmark(CLI::App& benchmark, Arguments& a) {
   benchmark.add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
   benchmark.add_option("--group", a.group,
@@ -314,6 +328,8 @@ Arguments parse_arguments(int argc, char** argv) {
   add_trajectory_evaluation(*app.add_subcommand("eval-trajectory", "how far a trajectory is from the true one: ATE and RPE"), a);
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
+  add_play(*app.add_subcommand("play", "let figures walk, sit and lie in a map, in the browser"), a);
+  add_export(app, a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
   add_batch(*app.add_subcommand("batch", "map many recordings, one after the other, beside each other or on a cluster"), a);
   add_benchmark(*app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts"), a);

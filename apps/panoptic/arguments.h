@@ -87,6 +87,7 @@ struct Arguments {
   std::string bind;    // empty = loopback
   std::optional<std::uint16_t> port;
   std::string token;
+  std::size_t camera_frames = 40;  // export-web
   // query, info
   std::string query_class;
   std::string query_box;

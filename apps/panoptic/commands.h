@@ -24,6 +24,7 @@ int simulate(const Arguments& arguments);
 int benchmark(const Arguments& arguments);
 int batch(const Arguments& arguments);
 int view(const Arguments& arguments);
+int export_web(const Arguments& arguments);
 int map_info(const Arguments& arguments);
 int map_mesh(const Arguments& arguments);
 int map_query(const Arguments& arguments);

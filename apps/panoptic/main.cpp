@@ -26,7 +26,8 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "simulate") return panoptic::simulate(arguments);
   if (arguments.command == "batch") return panoptic::batch(arguments);
   if (arguments.command == "benchmark") return panoptic::benchmark(arguments);
-  if (arguments.command == "view") return panoptic::view(arguments);
+  if (arguments.command == "view" || arguments.command == "play") return panoptic::view(arguments);
+  if (arguments.command == "export-web") return panoptic::export_web(arguments);
   if (arguments.command == "info") return panoptic::map_info(arguments);
   if (arguments.command == "mesh") return panoptic::map_mesh(arguments);
   if (arguments.command == "query") return panoptic::map_query(arguments);
