@@ -252,7 +252,7 @@ Options with_swap_folder(Options options, const std::string& output) {
 
 // A log of the frames is kept where something can come of it.
 Options with_log(Options options, const Arguments& arguments, bool is_tracked) {
-  if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || arguments.track))
+  if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || is_tracked))
     options.map.log = "reference";
   return options;
 }
@@ -283,6 +283,9 @@ int run(const Arguments& arguments) {
   const OpenedRecording opened = open_to_map(arguments);
   const auto& dataset = opened.dataset;
   const Options placed = with_log(with_swap_folder(options, arguments.output), arguments, opened.is_tracked);
+  if (opened.is_tracked && placed.map.log == "none") {
+    throw UsageError("map.log = none: where poses are tracked the map follows when they are corrected, and needs the log for it");
+  }
   const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options, *dataset);
   Mapper mapper(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;

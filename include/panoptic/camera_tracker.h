@@ -27,7 +27,8 @@ struct CameraPose {
   std::string reason;                         // why it is lost, for a person
   // From 0 to 1: the share of the frame's readings near surface of the map that lie on it as well as the sensor can tell.
   double quality = 0;
-  // Of the motion of the camera in its own frame by which the pose may be off: translation (m^2), then rotation (rad^2).
+  // The covariance of the motion of the camera in its own frame by which the pose may be off: translation (m^2), then rotation
+  // (rad^2).
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 
   bool is_known() const { return state != TrackingState::kLost; }

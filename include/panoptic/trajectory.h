@@ -21,7 +21,7 @@ struct StampedPose {
 // line.
 std::vector<StampedPose> read_trajectory(const std::filesystem::path& path);
 
-// Of errors; all zero if there are none.
+// Statistics of errors; all zero if there are none.
 struct ErrorStatistics {
   std::size_t count = 0;
   double rmse = 0;

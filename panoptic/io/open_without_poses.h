@@ -19,8 +19,8 @@ class NoPoses : public Error {
   using Error::Error;
 };
 
-// As open_recording. The pose of every frame is the identity, whatever the recording says of it. Throws Error also for a list of
-// recordings, which is tracked one by one.
+// The same as open_recording, but the pose of every frame is the identity, whatever the recording says. Throws Error also for a
+// list of recordings, which is tracked one by one.
 std::unique_ptr<Dataset> open_without_poses(const std::filesystem::path& path, const std::filesystem::path& calibration = {},
                                             std::optional<double> pair_tolerance_s = {});
 

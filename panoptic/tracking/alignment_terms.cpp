@@ -55,8 +55,8 @@ std::array<float, 6> with_moment(const Vec3f& force, const Vec3f& at) {
   return {force.x(), force.y(), force.z(), moment.x(), moment.y(), moment.z()};
 }
 
-void add_surface(SurfaceSums& sums, const DepthPoint& point, const SurfaceSample& surface,
-                 const Eigen::Matrix3f& camera_from_world, float wide_m) {
+void add_surface(SurfaceSums& sums, const DepthPoint& point, const NearSurface& surface, const Eigen::Matrix3f& camera_from_world,
+                 float wide_m) {
   const float sigma_m = depth_noise_m(point.in_camera.z());
   const float weight = robust(surface.distance_m, std::max(wide_m, kSigmas * sigma_m)) / (sigma_m * sigma_m);
   sums.sums.add(with_moment(camera_from_world * surface.normal, point.in_camera), surface.distance_m, weight);
@@ -117,7 +117,7 @@ SurfaceSums surface_terms(std::span<const DepthPoint> points, const VoxelMap& ma
   const Eigen::Matrix3f camera_from_world = world_from_camera.linear().transpose().cast<float>();
   return sum_in_parts<SurfaceSums>(points.size(), [&](SurfaceSums& sums, std::size_t begin, std::size_t end) {
     SurfaceSampler sampler(map);
-    SurfaceSample surface;
+    NearSurface surface;
     sums.readings += end - begin;
     for (const DepthPoint& point : points.subspan(begin, end - begin)) {
       if (sampler.at(world_from_camera * point.in_camera.cast<double>(), surface)) {

@@ -10,8 +10,8 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kLeastReadings = 400;  // of about 19,000 that are compared
-constexpr double kLeastSurfaceShare = 0.1;   // of these near surface of the map
+constexpr std::size_t kLeastReadings = 400;   // of about 19,000 that are compared
+constexpr double kLeastSurfaceShare = 0.1;    // of these near surface of the map
 constexpr double kLeastAgreeingShare = 0.45;  // of those on it
 constexpr std::size_t kFewGreyPoints = 100;
 constexpr double kLeastCorrelation = 0.4;
@@ -93,7 +93,7 @@ class CameraTracker::Parts {
   double way_m(std::size_t a, std::size_t b) const;
   void correct();
 
-  DepthRange range_;
+  DepthLimits range_;
   Pose start_;
   std::vector<TrackedFrame> frames_;
   std::vector<Keyframe> keyframes_;

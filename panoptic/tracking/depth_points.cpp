@@ -6,7 +6,7 @@
 
 namespace panoptic {
 
-std::vector<DepthPoint> depth_points(const Frame& frame, const DepthRange& range, int stride) {
+std::vector<DepthPoint> depth_points(const Frame& frame, const DepthLimits& range, int stride) {
   std::vector<DepthPoint> points;
   for (int v = stride / 2; v < frame.depth.height(); v += stride) {
     const float* row = frame.depth.row(v);
@@ -18,7 +18,7 @@ std::vector<DepthPoint> depth_points(const Frame& frame, const DepthRange& range
   return points;
 }
 
-std::vector<DepthPoint> smooth_points(const Frame& frame, const DepthRange& range, int stride) {
+std::vector<DepthPoint> smooth_points(const Frame& frame, const DepthLimits& range, int stride) {
   constexpr int kReach_px = 3;
   std::vector<DepthPoint> points = depth_points(frame, range, stride);
   std::erase_if(points, [&](const DepthPoint& p) { return !is_smooth(frame.depth, p.u, p.v, kReach_px); });

@@ -11,7 +11,7 @@
 namespace panoptic {
 
 // Readings outside [min, max] count as missing.
-struct DepthRange {
+struct DepthLimits {
   float min_m = 0.1F;
   float max_m = 8;
 };
@@ -23,10 +23,10 @@ struct DepthPoint {
 };
 
 // Every `stride`-th pixel of every `stride`-th row that has a reading, row by row.
-std::vector<DepthPoint> depth_points(const Frame& frame, const DepthRange& range, int stride);
+std::vector<DepthPoint> depth_points(const Frame& frame, const DepthLimits& range, int stride);
 
 // Those of them that do not lie at the edge of something: there the sensor measures neither what is in front nor what is behind.
-std::vector<DepthPoint> smooth_points(const Frame& frame, const DepthRange& range, int stride);
+std::vector<DepthPoint> smooth_points(const Frame& frame, const DepthLimits& range, int stride);
 
 // Whether the depth around a pixel is that of one surface: no neighbour `stride` away is missing, or deeper or nearer by more
 // than a tenth.

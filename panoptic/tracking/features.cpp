@@ -112,7 +112,7 @@ std::vector<cv::Point2f> corners(const Image<float>& grey) {
 }
 
 // The point of the depth camera that a colour pixel shows; nothing where the depth is missing or jumps.
-std::optional<Vec3f> point_at(const Frame& frame, const Camera& color, const cv::Point2f& corner, const DepthRange& range) {
+std::optional<Vec3f> point_at(const Frame& frame, const Camera& color, const cv::Point2f& corner, const DepthLimits& range) {
   // Where the two cameras stand apart the pixel depends on the depth: two looks are enough.
   const Pose depth_from_color = frame.color_from_depth.inverse();
   double z = 2;
@@ -157,7 +157,7 @@ int distance(const Descriptor& a, const Descriptor& b) {
   return std::popcount(a[0] ^ b[0]) + std::popcount(a[1] ^ b[1]) + std::popcount(a[2] ^ b[2]) + std::popcount(a[3] ^ b[3]);
 }
 
-std::vector<Feature> find_features(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthRange& range) {
+std::vector<Feature> find_features(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthLimits& range) {
   std::vector<Feature> features;
   if (pyramid.empty()) return features;
   const Camera& camera = pyramid.front().camera;

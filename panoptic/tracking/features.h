@@ -25,7 +25,7 @@ struct Feature {
 int distance(const Descriptor& a, const Descriptor& b);
 
 // At most 400 of a frame, the strongest corners first.
-std::vector<Feature> find_features(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthRange& range);
+std::vector<Feature> find_features(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthLimits& range);
 
 // Points of two frames that look the same, each the best partner of the other and clearly better than the second best.
 struct FeatureMatch {

@@ -67,7 +67,7 @@ struct State {
   Exposure exposure;
 };
 
-// What the camera's own motion says.
+// Adds the camera's own motion to the sums.
 void add_prior(Matrix8d& products, Vector8d& right_side, const Vector6d& off, const Exposure& exposure) {
   const auto add = [&](int i, double value, double sigma) {
     products(i, i) += 1 / (sigma * sigma);

@@ -19,7 +19,7 @@ struct AlignmentTask {
   const std::vector<GreyLevel>& pyramid;  // of its colour image
   const VoxelMap& map;
   const GreyReference* reference = nullptr;  // nullptr: depth alone
-  DepthRange range;
+  DepthLimits range;
 };
 
 // A pose, and how well it fits.

@@ -16,7 +16,7 @@ struct Candidate {
   float gradient = 0;
 };
 
-std::vector<Candidate> candidates(const Frame& frame, const GreyLevel& level, const DepthRange& range) {
+std::vector<Candidate> candidates(const Frame& frame, const GreyLevel& level, const DepthLimits& range) {
   const int stride = std::max(1, frame.depth.width() / std::max(level.grey.width(), 1));
   const Pose color_from_depth = frame.color_from_depth;
   std::vector<Candidate> found;
@@ -53,7 +53,7 @@ std::vector<GreyPoint> strongest(const std::vector<Candidate>& candidates) {
 
 }  // namespace
 
-GreyReference grey_reference(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthRange& range) {
+GreyReference grey_reference(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthLimits& range) {
   GreyReference reference;
   reference.world_from_camera = frame.world_from_camera;
   for (const GreyLevel& level : pyramid) reference.levels.push_back(strongest(candidates(frame, level, range)));

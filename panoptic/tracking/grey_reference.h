@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a frame looked like, to be compared with later ones: points whose brightness differs from that of their surroundings.
+// The look of a frame, to be compared with later ones: points whose brightness differs from that of their surroundings.
 #pragma once
 
 #include <vector>
@@ -21,6 +21,6 @@ struct GreyReference {
   std::vector<std::vector<GreyPoint>> levels;  // as those of the pyramid
 };
 
-GreyReference grey_reference(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthRange& range);
+GreyReference grey_reference(const Frame& frame, const std::vector<GreyLevel>& pyramid, const DepthLimits& range);
 
 }  // namespace panoptic

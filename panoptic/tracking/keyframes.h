@@ -26,7 +26,7 @@ struct Sighting {
   const Frame& frame;
   const std::vector<GreyLevel>& pyramid;
   const std::vector<Feature>& features;
-  DepthRange range;
+  DepthLimits range;
 };
 
 // A keyframe that shows what a frame shows, and where the frame was taken as the keyframe sees it.

@@ -23,7 +23,7 @@ bool SurfaceSampler::corner(const VoxelIndex& voxel, float& distance) {
   return brick.plane(FloatPlane::kWeight)[at] > 0;
 }
 
-bool SurfaceSampler::at(const Vec3d& point_m, SurfaceSample& sample) {
+bool SurfaceSampler::at(const Vec3d& point_m, NearSurface& sample) {
   const Vec3d voxels = point_m * per_voxel_ - Vec3d::Constant(0.5);
   const Vec3d whole = voxels.array().floor();
   constexpr double kFarthest = double{kMaxBlockCoordinate - 1} * kBlockSide;

@@ -12,7 +12,7 @@
 
 namespace panoptic {
 
-struct SurfaceSample {
+struct NearSurface {
   float distance_m = 0;           // signed, positive in front of the surface
   Vec3f normal = Vec3f::UnitZ();  // world, away from the surface
 };
@@ -25,7 +25,7 @@ class SurfaceSampler {
 
   // False where one of the eight voxels was never observed, or the distances there do not grow towards a side: far from
   // surfaces, and between two.
-  bool at(const Vec3d& point_m, SurfaceSample& sample);
+  bool at(const Vec3d& point_m, NearSurface& sample);
 
  private:
   bool corner(const VoxelIndex& voxel, float& distance);

@@ -90,6 +90,7 @@ TEST_F(Track, GivenPosesAreNotUsedButCompared) {
 TEST_F(Track, WhatCannotBeTrackedIsRefusedInOneLine) {
   expect_one_line(run({"--track", "--online"}).err, "--track does not go with --online");
   expect_one_line(run({"--online"}).err, "without poses");
+  expect_one_line(run({"--set", "map.log=none"}).err, "needs the log for it");
   expect_one_line(run_program({"predict", recording_.string(), "-o", (folder_ / "p").string(), "--semantic", "none.toml"}).err,
                   "");
   for (int n = 0; n < kFrames; ++n) {  // nothing to begin with

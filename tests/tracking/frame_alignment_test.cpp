@@ -10,7 +10,7 @@
 namespace panoptic {
 namespace {
 
-constexpr DepthRange kRange{0.1F, 8};
+constexpr DepthLimits kRange{0.1F, 8};
 
 class FrameAlignment : public testing::Test {
  protected:

@@ -11,7 +11,7 @@
 namespace panoptic {
 namespace {
 
-constexpr DepthRange kRange{0.1F, 8};
+constexpr DepthLimits kRange{0.1F, 8};
 
 std::vector<Feature> features_of(const Frame& frame) {
   return find_features(frame, grey_pyramid(frame.color, frame.color_camera), kRange);

@@ -16,7 +16,7 @@ TEST(SurfaceSampler, TellsDistanceAndNormalOfAWall) {
     ASSERT_TRUE(mapper.add(test::render(test::bare_wall(), test::room_camera(), pose, n), {}).used);
   }
   SurfaceSampler sampler(mapper.map().voxels);
-  SurfaceSample sample;
+  NearSurface sample;
   for (const double before_m : {-0.04, -0.01, 0.0, 0.02, 0.05}) {
     ASSERT_TRUE(sampler.at({0.1, 0.05, 2 - before_m}, sample)) << before_m;
     EXPECT_NEAR(sample.distance_m, before_m, 0.003);
