@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // `patience_s`: how long somebody else may still have it. Throws Error.
-std::unique_ptr<FolderClaim> claimed(const fs::path& lock_file, FolderClaim::Kind kind, double patience_s = 0) {
+std::unique_ptr<FolderClaim> claimed(const fs::path& lock_file, FolderClaim::Kind kind, double patience_s) {
   constexpr std::chrono::milliseconds kPause{50};
   const Stopwatch waited;
   for (;;) {
@@ -36,6 +36,9 @@ std::unique_ptr<FolderClaim> claimed(const fs::path& lock_file, FolderClaim::Kin
   throw Error(
       fmt::format("another batch writes {}: wait until it is done, or choose another folder", lock_file.parent_path().string()));
 }
+
+// The programs of a batch that was killed die with it, but may need a moment.
+constexpr double kPatience_s = 5;
 
 // Tasks may begin while the batch that submits them, or one that is refused, still has the folder.
 constexpr double kPatienceOfTasks_s = 60;
@@ -68,6 +71,8 @@ bool run_plan(const Arguments& a, const BatchPlan& plan, BatchReport& report) {
                            write_batch_report(a.output, report);
                            if (record.state == SceneState::kFailed) {
                              tell(fmt::format("\n{}: failed: {}\n", record.scene.name, record.reason));
+                           } else if (!record.reason.empty()) {
+                             tell(fmt::format("\n{}: not scored: {}\n", record.scene.name, record.reason));
                            }
                            progress.advance(++done);
                          },
@@ -96,26 +101,28 @@ int conclude(const Arguments& a, BatchReport& report, bool is_whole) {
     tell("interrupted: the same command goes on from here\n");
     return kInterrupted;
   }
-  if (failed + waiting == 0) return kDone;
+  const std::size_t unscored = count_unscored(report);
+  if (failed + waiting + unscored == 0) return kDone;
   throw Error(
       fmt::format("{} of {} scenes failed; {}/batch.md says why, and log.txt in their folders; the same command tries them again",
-                  failed + waiting, report.scenes.size(), a.output));
+                  failed + waiting + unscored, report.scenes.size(), a.output));
 }
 
 // One scene, as a task of a submitted batch. Others run beside it.
 int run_task(const Arguments& a) {
   const std::string name = scene_of_task(a);
   const auto shared = claimed(fs::path(a.output) / "batch.lock", FolderClaim::Kind::kShared, kPatienceOfTasks_s);
-  const BatchPlan plan = plan_batch(a, name);
+  BatchPlan plan = plan_batch(a, name);
+  const fs::path folder = plan.tasks.front().folder;
+  require_writable_folder(folder);
+  const auto claim = claimed(folder / "scene.lock", FolderClaim::Kind::kAlone, kPatience_s);
+  leave_out_finished(plan);
   if (plan.tasks.empty()) return kDone;
-  const SceneTask& task = plan.tasks.front();
-  require_writable_folder(task.folder);
-  const auto claim = claimed(task.folder / "scene.lock", FolderClaim::Kind::kAlone);
   watch_for_interrupt();
   SceneRecord result;
   const bool is_whole = run_scenes(plan.tasks, 1, {[&](const SceneRecord& r) { result = r; }, [] { return !interrupted(); }});
   if (!is_whole) return kInterrupted;
-  if (result.state == SceneState::kFailed) throw Error(fmt::format("{}: {}", name, result.reason));
+  if (!result.reason.empty()) throw Error(fmt::format("{}: {}", name, result.reason));
   return kDone;
 }
 
@@ -124,7 +131,9 @@ int gather(const Arguments& a, const BatchPlan& plan) {
   BatchReport report = report_of(a, plan);
   for (SceneRecord& scene : report.scenes) {
     const auto record = read_record(fs::path(a.output) / scene.scene.name);
-    if (record && record->fingerprint == scene.fingerprint) scene = *record;
+    if (!record || record->fingerprint != scene.fingerprint) continue;
+    scene = *record;
+    if (scene.state == SceneState::kFinished && !a.with_truth) scene.reason.clear();
   }
   return conclude(a, report, true);
 }
@@ -133,13 +142,15 @@ int gather(const Arguments& a, const BatchPlan& plan) {
 
 int batch(const Arguments& a) {
   if (a.slurm_task) return run_task(a);
-  const BatchPlan plan = plan_batch(a);
+  BatchPlan plan = plan_batch(a);
   require_writable_folder(a.output);
-  const double patience_s = a.slurm_gather ? kPatienceOfTasks_s : 0;
+  const double patience_s = a.slurm_gather ? kPatienceOfTasks_s : kPatience_s;
   const auto claim = claimed(fs::path(a.output) / "batch.lock", FolderClaim::Kind::kAlone, patience_s);
+  if (!a.slurm_gather) require_no_submission(a);
+  leave_out_finished(plan);
   if (a.slurm_gather) return gather(a, plan);
-  require_no_submission(a);
   tell_left_out(plan, a.dataset);
+  if (a.with_truth || !plan.tasks.empty()) remove_batch_scores(a.output);
   if (a.slurm) {
     submit_batch(a, plan);
     return kDone;

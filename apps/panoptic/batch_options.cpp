@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 namespace panoptic {
 namespace {
 
@@ -15,6 +17,20 @@ std::string replaced(std::string text, const std::string& mark, const std::strin
   }
   return text;
 }
+
+// Without links as far as it is there, and without a slash at the end.
+fs::path real(const fs::path& path) {
+  const fs::path whole = fs::weakly_canonical(fs::absolute(path)).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+// Or is the folder.
+bool is_within(const fs::path& path, const fs::path& folder) {
+  const fs::path relative = path.lexically_relative(folder);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+bool are_entangled(const fs::path& a, const fs::path& b) { return is_within(a, b) || is_within(b, a); }
 
 }  // namespace
 
@@ -65,21 +81,52 @@ Arguments run_arguments(const BatchScene& scene, const fs::path& folder, const W
   }
 }
 
-void require_own_inputs(const Words& run_options, std::size_t scenes) {
-  for (const char* option : {"--predictions", "--pose-updates"}) {
-    for (std::size_t i = 0; i < run_options.size(); ++i) {
-      const std::string& word = run_options[i];
-      std::string value;
-      if (word == option && i + 1 < run_options.size()) value = run_options[i + 1];
-      if (word.starts_with(std::string(option) + "=")) value = word;
-      if (value.empty() || scenes < 2 || value.find("{}") != std::string::npos || value.find("{name}") != std::string::npos)
-        continue;
-      throw UsageError(
-          fmt::format("{} after --: all scenes would have the same; write {{}} for a scene's path or {{name}} for its "
-                      "name, like {} {{}}/predictions",
-                      option, option));
+void require_own_input(const std::string& what, const std::string& path, const BatchScene& scene, InputOwners& owners) {
+  if (path.empty()) return;
+  const auto [owner, is_new] = owners.try_emplace(real(path), scene.name);
+  if (is_new) return;
+  throw UsageError(fmt::format(
+      "{}: the scenes {} and {} would have the same {}; give each its own after --, with {{}} for its path or {{name}} "
+      "for its name, like --predictions {{}}/predictions",
+      what, owner->second, scene.name, path));
+}
+
+void require_apart(const Arguments& arguments, const std::vector<BatchScene>& scenes) {
+  const fs::path output = real(arguments.output);
+  const fs::path shared = arguments.shared_predictions.empty() ? fs::path() : real(arguments.shared_predictions);
+  if (!shared.empty() && are_entangled(output, shared)) {
+    throw Error(fmt::format("--share-predictions {} and the output {} lie in each other; choose another folder for one of them",
+                            arguments.shared_predictions, arguments.output));
+  }
+  std::set<std::string> names;
+  for (const BatchScene& scene : scenes) names.insert(scene.name);
+  for (const BatchScene& scene : scenes) {
+    if (is_simulated(scene.recording)) continue;
+    const fs::path recording = real(scene.recording);
+    const bool is_in_a_scene =
+        is_within(recording, output) && names.contains(recording.lexically_relative(output).begin()->string());
+    if (is_in_a_scene || is_within(output, recording) || are_entangled(real(output / scene.name), recording)) {
+      throw Error(
+          fmt::format("the output {} of the scene {} and the recording {} lie in each other; choose another output folder",
+                      (output / scene.name).string(), scene.name, scene.recording));
+    }
+    if (!shared.empty() && are_entangled(shared, recording)) {
+      throw Error(fmt::format("--share-predictions {} and the recording {} lie in each other; choose another folder",
+                              arguments.shared_predictions, scene.recording));
     }
   }
 }
+
+void require_flags_for_networks(const Words& settings) {
+  for (const std::string& setting : settings) {
+    const std::string key = setting.substr(0, setting.find('='));
+    for (const char* network : {"semantic", "instance"}) {
+      if (key.find(fmt::format("networks.{}", network)) == std::string::npos) continue;
+      throw UsageError(fmt::format("--set {} after -- does not go with --share-predictions; use --{} instead", setting, network));
+    }
+  }
+}
+
+bool is_simulated(const std::string& recording) { return recording.starts_with("sim:"); }
 
 }  // namespace panoptic

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <utility>
 
@@ -26,13 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_simulated(const std::string& recording) { return recording.starts_with("sim:"); }
-
-bool is_within(const fs::path& path, const fs::path& folder) {
-  const fs::path relative = fs::absolute(path).lexically_normal().lexically_relative(folder);
-  return !relative.empty() && *relative.begin() != "..";
-}
-
 fs::path truth_folder(const BatchScene& scene) {
   return is_folder(scene.recording) || is_simulated(scene.recording) ? fs::path(scene.recording)
                                                                      : fs::path(scene.recording).parent_path();
@@ -49,6 +43,26 @@ void require_truth(const std::vector<BatchScene>& scenes) {
   if (without_truth.empty()) return;
   throw Error(fmt::format("--gt: {} of {} scenes have no ScanNet truth beside their recording, {} for one; leave them out",
                           without_truth.size(), scenes.size(), without_truth.front()));
+}
+
+// The files that the scores of a scene depend on beside its map.
+std::string truth_fingerprint(const BatchScene& scene) {
+  Fingerprint truth;
+  if (is_simulated(scene.recording)) {
+    truth.add(scene.recording);
+    return truth.text();
+  }
+  const fs::path folder = truth_folder(scene);
+  for (const std::string& name : names_in_folder(folder)) {
+    const bool is_part = std::ranges::any_of(std::array{".aggregation.json", ".segs.json", ".ply"},
+                                             [&](const char* end) { return name.ends_with(end); });
+    if (is_part) truth.add_stamps(folder / name);
+  }
+  fs::path place = folder;
+  for (int level = 0; level < 3; ++level, place = place.parent_path()) {  // where eval looks for the names of the classes
+    truth.add_stamps(place / "scannetv2-labels.combined.tsv");
+  }
+  return truth.text();
 }
 
 void add_file(Fingerprint& fingerprint, const std::string& path) {
@@ -73,6 +87,7 @@ struct Planner {
   const Arguments& arguments;
   Fingerprint program = {};
   std::string threads = {};  // of each process, unless the run options say
+  InputOwners owners = {};
 
   // The words that make the predictions of a scene, and what they are made with, in words.
   struct Predictions {
@@ -88,8 +103,8 @@ struct Planner {
   }
 
   Predictions predictions_of(const BatchScene& scene, const Arguments& run, const Options& options) const;
-  SceneTask task_of(const BatchScene& scene) const;
-  void add_scoring(SceneTask& task, bool is_mapped) const;
+  SceneTask task_of(const BatchScene& scene);
+  void add_scoring(SceneTask& task) const;
 };
 
 Words predict_command(const BatchScene& scene, const Arguments& run, const Options& options, const fs::path& partial) {
@@ -113,6 +128,7 @@ Words predict_command(const BatchScene& scene, const Arguments& run, const Optio
 
 Planner::Predictions Planner::predictions_of(const BatchScene& scene, const Arguments& run, const Options& options) const {
   if (arguments.shared_predictions.empty()) return {};
+  require_flags_for_networks(run.settings);
   if (!options.predictions.empty()) throw UsageError("--share-predictions and --predictions after -- exclude each other");
   Predictions result{fs::absolute(arguments.shared_predictions).lexically_normal() / scene.name};
   const bool has_networks = !options.networks.semantic.empty() || !options.networks.instance.empty();
@@ -136,7 +152,8 @@ Planner::Predictions Planner::predictions_of(const BatchScene& scene, const Argu
   }
   if (is_there(result.folder) && has_networks && (!is_made || read_file(result.folder / "made_by.txt") != result.made_by)) {
     throw Error(
-        fmt::format("{}: predictions of other networks, options or frames; choose another folder, or leave out --semantic "
+        fmt::format("{}: predictions of other networks, options or frames, or by another build of this program; choose another "
+                    "folder, or leave out --semantic "
                     "and --instance to use them as they are",
                     result.folder.string()));
   }
@@ -147,13 +164,15 @@ Planner::Predictions Planner::predictions_of(const BatchScene& scene, const Argu
   return result;
 }
 
-SceneTask Planner::task_of(const BatchScene& scene) const {
+SceneTask Planner::task_of(const BatchScene& scene) {
   const fs::path folder = fs::absolute(arguments.output).lexically_normal() / scene.name;
   Words words = options_for(scene, arguments.run_options);
   const Arguments run = run_arguments(scene, folder, words);
   require_possible(run);
   frame_range_from(run);
   const Options options = options_from(run);
+  require_own_input("predictions", options.predictions, scene, owners);
+  require_own_input("--pose-updates", run.pose_updates, scene, owners);
   const Predictions predictions = predictions_of(scene, run, options);
 
   SceneTask task;
@@ -169,6 +188,7 @@ SceneTask Planner::task_of(const BatchScene& scene) const {
   if (predictions.made_by.empty()) add_file(fingerprint, predictions.folder.string());
   task.record = {.scene = scene, .fingerprint = fingerprint.text()};
   task.folder = folder;
+  task.outdated = {folder / "scores.json", folder / "submission"};
   if (!predictions.command.empty()) {
     task.steps.push_back({predictions.command, predictions.folder, predictions.command.at(4), predictions.made_by});
   }
@@ -182,15 +202,14 @@ SceneTask Planner::task_of(const BatchScene& scene) const {
   return task;
 }
 
-void Planner::add_scoring(SceneTask& task, bool is_mapped) const {
-  if (is_mapped) task.steps.clear();
+void Planner::add_scoring(SceneTask& task) const {
   Words command{kThisProgram, "eval", task.folder.string(), "--gt", truth_folder(task.record.scene).string()};
   command.insert(command.end(), {"--json", (task.folder / "scores.json").string()});
   command.insert(command.end(), {"--write-submission", (task.folder / "submission").string()});
   if (!threads.empty()) command.insert(command.end(), {"--threads", threads});
   task.steps.push_back({command, {}, {}, {}});
   task.scores = true;
-  task.is_mapped = is_mapped;
+  task.truth = truth_fingerprint(task.record.scene);
 }
 
 // A task has the cores that Slurm gave it; scenes beside each other on one machine share its cores.
@@ -208,13 +227,9 @@ BatchPlan plan_batch(const Arguments& a, const std::string& only) {
   std::vector<fs::path> own{a.output};
   if (!a.shared_predictions.empty()) own.emplace_back(a.shared_predictions);
   SceneList list = read_scenes(a.dataset, own);
-  require_own_inputs(a.run_options, list.scenes.size());
-  for (const BatchScene& scene : list.scenes) {
-    if (!is_simulated(scene.recording) && is_within(a.output, scene.recording)) {
-      throw Error(fmt::format("{} lies in the recording {}; choose another output folder", a.output, scene.recording));
-    }
-  }
+  require_apart(a, list.scenes);
   if (!only.empty()) std::erase_if(list.scenes, [&](const BatchScene& scene) { return scene.name != only; });
+  if (list.scenes.empty()) throw Error(fmt::format("{}: no scene {} here; submit the batch again", a.dataset, only));
   if (a.with_truth) require_truth(list.scenes);
   Planner planner{.arguments = a, .threads = threads_of_each(a)};
   planner.program.add_this_program();
@@ -222,15 +237,28 @@ BatchPlan plan_batch(const Arguments& a, const std::string& only) {
   plan.left_out = std::move(list.left_out);
   for (const BatchScene& scene : list.scenes) {
     SceneTask task = planner.task_of(scene);
-    const auto record = read_record(task.folder);
-    const bool is_mapped = is_finished(record, task.record.fingerprint);
-    if (is_mapped) task.record = *record;
+    if (a.with_truth) planner.add_scoring(task);
     plan.records.push_back(task.record);
-    if (is_mapped && (!a.with_truth || record->scored)) continue;
-    if (a.with_truth) planner.add_scoring(task, is_mapped);
     plan.tasks.push_back(std::move(task));
   }
   return plan;
+}
+
+void leave_out_finished(BatchPlan& plan) {
+  plan.records.clear();
+  std::vector<SceneTask> left;
+  for (SceneTask& task : plan.tasks) {
+    const auto record = read_record(task.folder);
+    task.is_mapped = is_finished(record, task.record.fingerprint);
+    if (task.is_mapped) {
+      task.record = *record;
+      task.record.reason.clear();  // a scoring that failed is tried again, or not asked for
+    }
+    plan.records.push_back(task.record);
+    if (task.is_mapped && (!task.scores || (record->scored && record->truth == task.truth))) continue;
+    left.push_back(std::move(task));
+  }
+  plan.tasks = std::move(left);
 }
 
 }  // namespace panoptic

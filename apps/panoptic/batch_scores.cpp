@@ -22,7 +22,12 @@ struct Totals {
 
 void add_scene(const fs::path& folder, const std::string& name, Totals& totals) {
   const fs::path truth = folder / "truth";
-  const std::string scene = scenes_in(folder / "semantic").front();
+  const std::vector<std::string> scenes = scenes_in(folder / "semantic");
+  const std::string& scene = scenes.front();
+  if (scenes.size() != 1) {
+    throw Error(fmt::format("{}: labels of {} scenes where one is expected; remove {} and run the command again", folder.string(),
+                            scenes.size(), folder.parent_path().string()));
+  }
   totals.semantic.add_semantic(name, read_truth(truth / "semantic", scene, SubmissionForm::kSemantic),
                                read_semantic(folder / "semantic" / (scene + ".txt")));
   const VertexLabels instances = read_truth(truth / "instance", scene, SubmissionForm::kInstance);
@@ -33,6 +38,10 @@ void add_scene(const fs::path& folder, const std::string& name, Totals& totals) 
 
 }  // namespace
 
+void remove_batch_scores(const fs::path& output) {
+  for (const char* name : {"scores.json", "scores.csv"}) os::remove(output / name);
+}
+
 std::string write_batch_scores(const fs::path& output, const std::vector<SceneRecord>& records) {
   Totals totals;
   bool is_empty = true;
@@ -41,7 +50,10 @@ std::string write_batch_scores(const fs::path& output, const std::vector<SceneRe
     add_scene(output / record.scene.name / "submission", record.scene.name, totals);
     is_empty = false;
   }
-  if (is_empty) return "";
+  if (is_empty) {
+    remove_batch_scores(output);
+    return "";
+  }
   Scores scores = totals.semantic.scores();
   scores.instance = totals.instance.scores().instance;
   scores.panoptic = totals.panoptic.scores().panoptic;

@@ -54,8 +54,12 @@ std::unique_ptr<Dataset> open_checked(const Arguments& arguments);
 // The same for a run, which tracks the camera if it is asked to, or if the recording has no poses: then its frames have none.
 struct OpenedRecording {
   std::unique_ptr<Dataset> dataset;
-  std::unique_ptr<Dataset> given;  // a tracked recording with its own poses; nullptr: it has none
+  std::unique_ptr<Dataset>
+      given;  // a tracked recording once more, with its own poses; nullptr: it has none, or its frames have them
   bool is_tracked = false;
+  bool frames_have_poses = true;
+
+  const Dataset* given_poses() const { return frames_have_poses ? dataset.get() : given.get(); }
 };
 OpenedRecording open_to_map(const Arguments& arguments);
 

@@ -38,7 +38,10 @@ DoctorReport without_poses(DoctorReport report) {
 std::unique_ptr<Dataset> open_given(const Arguments& arguments) {
   try {
     return open_dataset(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
-  } catch (const Error&) {
+  } catch (const NoPoses&) {
+    return nullptr;
+  } catch (const Error& e) {
+    tell(fmt::format("note: the recording's own poses are not compared with: {}\n", e.what()));
     return nullptr;
   }
 }
@@ -68,17 +71,17 @@ std::unique_ptr<Dataset> open_checked(const Arguments& arguments) {
 OpenedRecording open_to_map(const Arguments& arguments) {
   if (!arguments.track) {
     try {
-      return {open_checked(arguments), nullptr, false};
+      return {open_checked(arguments), nullptr, false, true};
     } catch (const NoPoses&) {
       if (arguments.online || arguments.resume || !arguments.pose_updates.empty()) throw;
-      fmt::print("poses     none: the camera is tracked\n");
     }
   }
-  if (arguments.dataset.starts_with("sim:")) return {open_checked(arguments), open_given(arguments), true};
+  if (arguments.dataset.starts_with("sim:")) return {open_checked(arguments), nullptr, true, true};
   auto dataset = open_without_poses(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
+  if (!arguments.track) fmt::print("poses     none: the camera is tracked\n");
   tell_notes(dataset->notes());
   if (!arguments.no_preflight) check_sample(arguments, without_poses(diagnose(*dataset, kPreflightWithoutPoses)));
-  return {std::move(dataset), open_given(arguments), true};
+  return {std::move(dataset), open_given(arguments), true, false};
 }
 
 }  // namespace panoptic

@@ -119,7 +119,7 @@ std::string absolute_recording(const std::string& recording) {
 }
 
 std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Options& options, const RunSummary& summary,
-                                           Mapper& mapper) {
+                                           bool is_tracked, Mapper& mapper) {
   if (arguments.map.empty()) return nullptr;
   CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
@@ -131,7 +131,8 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
                              arguments.online,
                              summary.pair_tolerance_s,
                              to_text(summary.recordings),
-                             absolute_path(arguments.pose_updates)};
+                             absolute_path(arguments.pose_updates),
+                             is_tracked};
   auto checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, mapper);
   if (checkpoints->was_complete()) {
     fmt::print("map       {} is complete: nothing is left to map\n", arguments.map);
@@ -302,7 +303,7 @@ int run(const Arguments& arguments) {
 
   RunSummary summary = summary_of(arguments, *dataset);
   summary.predictor = predictor ? predictor_text(options, arguments.dataset) : kNoPredictor;
-  const auto checkpoints = keep_map_file(arguments, placed, summary, mapper);
+  const auto checkpoints = keep_map_file(arguments, placed, summary, opened.is_tracked, mapper);
   const Stopwatch stopwatch;
   MappingResult result = [&] {
     Progress progress("frames", range.count(dataset->size()));
@@ -314,7 +315,7 @@ int run(const Arguments& arguments) {
                      return !interrupted();
                    }};
     run.tracker = tracker ? &*tracker : nullptr;
-    run.given_poses = opened.given.get();
+    run.given_poses = opened.given_poses();
     if (arguments.online) return map_online(run, arguments.speed.value_or(1), options.online, latest);
     std::optional<LoopPublisher> publisher;
     if (viewer) publisher.emplace(mapper, latest, range.count(dataset->size()));

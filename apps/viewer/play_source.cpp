@@ -11,7 +11,7 @@
 #include "panoptic/error.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/rebuild_file.h"
-#include "panoptic/simulation.h"
+#include "panoptic/sim/open_again.h"
 
 namespace panoptic {
 namespace {
@@ -56,7 +56,7 @@ const PlaySource::Recording& PlaySource::recording() {
   if (!why_no_recording_.empty()) throw Error(why_no_recording_);
   try {
     const MappedRecording mapped = mapped_recording(map_file_);
-    auto dataset = open_dataset(mapped.recording, mapped.calibration, mapped.pair_tolerance_s);
+    auto dataset = open_again(mapped.recording, mapped.calibration, mapped.pair_tolerance_s);
     FrameFinder finder(*dataset);
     Recording found{std::move(dataset), std::move(finder), {}};
     const std::vector<FrameRecord> records = load_frames(map_file_);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -83,15 +84,15 @@ class PageWriter {
     script_ += fmt::format("panoptic_saved[{}]=\"{}\";\n", Json(name).dump(), base64(bytes));
   }
 
-  // The answer; empty, with a note, if there is none.
-  std::string keep(const std::string& name, const std::string& path, const Query& query) {
+  // The answer, which may be empty; nothing, with a note, if there is none.
+  std::optional<std::string> keep(const std::string& name, const std::string& path, const Query& query) {
     const Answer answer = content_.answer(path, query);
     if (answer.status != 200) {
       std::string why = *answer.body;
       while (!why.empty() && why.back() == '\n') why.pop_back();
       script_ += fmt::format("panoptic_saved['/why_not'] = panoptic_saved['/why_not'] || {};\n", Json(why).dump());
       if (std::find(saved_.notes.begin(), saved_.notes.end(), why) == saved_.notes.end()) saved_.notes.push_back(why);
-      return "";
+      return std::nullopt;
     }
     keep_text(name, *answer.body);
     return *answer.body;
@@ -120,7 +121,7 @@ class PageWriter {
   void keep_plan() {
     for (const char* name : {"affordances.json", "navmesh.bin", "walls.bin", "walls.json"}) {
       const std::string path = fmt::format("/api/play/{}", name);
-      if (keep(path, path, {}).empty()) break;
+      if (!keep(path, path, {})) break;
     }
     close("play.js");
   }
@@ -137,8 +138,8 @@ class PageWriter {
     for (std::size_t i = 0; i < all.size(); i += stride) {
       const Query query = {{"n", fmt::format("{}", i)}};
       const std::size_t place = kept.size();
-      if (keep(fmt::format("/api/play/frame.json?n={}", place), "/api/play/frame.json", query).empty()) continue;
-      if (!keep(fmt::format("/api/play/frame.jpg?n={}", place), "/api/play/frame.jpg", query).empty()) kept.push_back(all[i]);
+      if (!keep(fmt::format("/api/play/frame.json?n={}", place), "/api/play/frame.json", query)) continue;
+      if (keep(fmt::format("/api/play/frame.jpg?n={}", place), "/api/play/frame.jpg", query)) kept.push_back(all[i]);
     }
     saved_.frames = kept.size();
     keep_text("/api/play/frames.json", Json{{"frames", std::move(kept)}}.dump());

@@ -67,16 +67,17 @@ void PythonPipeline::drop(std::unique_ptr<PythonPipeline> pipeline) {
   }
 }
 
-// The program does not end before, because the pipeline counts as work in progress.
+// The program does not end before, because the thread counts as work in progress. Whoever gets Python's lock first ends the
+// pipeline: after end_all there may be none any more.
 void PythonPipeline::end_elsewhere(std::unique_ptr<PythonPipeline> pipeline) {
-  PythonPipeline* left = pipeline.release();
+  pipeline->is_left_ = true;
+  PythonPipeline* const left = pipeline.release();
   try {
-    std::thread([left] {
+    std::thread([left, in_progress = std::make_unique<WorkInProgress>()] {
       const py::gil_scoped_acquire lock;
-      drop(std::unique_ptr<PythonPipeline>(left));
+      if (going().contains(left)) drop(std::unique_ptr<PythonPipeline>(left));
     }).detach();
-  } catch (const std::system_error&) {  // there are no more threads
-    left->is_left_ = true;
+  } catch (const std::system_error&) {  // there are no more threads: end_all has it
   }
 }
 

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Poses for recordings that have none: where the camera is, from the map that the frames before have made. A tracker is asked for
-// the pose of a frame before the frame is added to a Mapper; where it is lost, the frame must not be added. When the camera comes
-// back to a place, the poses since then are corrected: see corrected_poses and Mapper::update_poses.
+// the pose of a frame (track), the frame is added to a Mapper with it, and the tracker is told so (keep); where the camera is
+// lost, the frame must not be added. When the camera comes back to a place, the poses since then are corrected: see
+// corrected_poses and Mapper::update_poses.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +41,8 @@ struct Loop {
   std::int64_t earlier_frame = 0;
   Pose earlier_from_frame = Pose::Identity();  // as measured between the two
   double moved_m = 0;                          // how far the pose of `frame` was off by it
-  bool corrects = false;                       // false: the poses fitted already
+  bool is_believed = true;                     // false: the camera cannot have drifted so far; nothing comes of it
+  bool corrects = false;                       // false: the poses fitted already, or it is not believed
 };
 
 struct FramePose {
@@ -62,13 +64,18 @@ struct CameraTrackerOptions {
 // OpenCV may differ between CPUs). Its memory grows with the number of keyframes and a pose for each frame.
 class CameraTracker {
  public:
+  // Throws Error for options that are out of range.
   explicit CameraTracker(const CameraTrackerOptions& options = {});
   ~CameraTracker();
   CameraTracker(CameraTracker&&) noexcept;
   CameraTracker& operator=(CameraTracker&&) noexcept;
 
-  // The pose of the next frame (its own is not looked at) in the map of all frames before it.
+  // The pose of the next frame (its own is not looked at) in the map of all frames before it. A frame that `check` refuses is
+  // lost, with that reason.
   CameraPose track(const Frame& frame, const VoxelMap& map);
+  // The frame that was tracked last is in the map, with that pose. Without it the frame is forgotten. Here keyframes are made and
+  // loops are looked for. REQUIRES that its pose was known.
+  void keep(const Frame& frame);
 
   // The poses of all frames that were tracked, if a loop changed them since the last call. The tracker goes on from these: the
   // map must follow (Mapper::update_poses) before the next frame is tracked.

@@ -26,10 +26,28 @@ constexpr int kKilledBy = 128;
   throw FileError(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), os::reason(error)));
 }
 
+// Where stdin, stdout or stderr is closed, a new descriptor would get its number, and what a child prints would go there. This
+// one has another; `how`: F_DUPFD or F_DUPFD_CLOEXEC. Negative, with errno, if that fails.
+int beyond_standard(int descriptor, int how) {
+  if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
+  const int beyond = ::fcntl(descriptor, how, STDERR_FILENO + 1);
+  const int error = errno;
+  ::close(descriptor);
+  errno = error;
+  return beyond;
+}
+
 int open_to_append(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  const int descriptor = beyond_standard(::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666), F_DUPFD_CLOEXEC);
   if (descriptor < 0) fail(path, errno);
   return descriptor;
+}
+
+// Both ends close when the child becomes the program.
+bool open_pipe(std::array<int, 2>& ends) {
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return false;
+  for (int& end : ends) end = beyond_standard(end, F_DUPFD_CLOEXEC);
+  return ends[0] >= 0 && ends[1] >= 0;
 }
 
 // The child from the fork on. Other threads of the parent may hold any lock, so nothing here takes memory.
@@ -63,6 +81,10 @@ EndedChild to_ended(int status, const rusage& usage) {
   return {code, static_cast<double>(usage.ru_maxrss) * 1024 / 1e6};
 }
 
+[[noreturn]] void fail_to_wait(int id, int error) {
+  throw Error(fmt::format("cannot wait for the process {}: {}; run the command again", id, os::reason(error)));
+}
+
 }  // namespace
 
 int start_child(const std::vector<std::string>& command, const std::filesystem::path& log) {
@@ -73,7 +95,8 @@ int start_child(const std::vector<std::string>& command, const std::filesystem::
   std::array<int, 2> failed{};
   const pid_t parent = ::getpid();
   pid_t child = -1;
-  if (::pipe2(failed.data(), O_CLOEXEC) == 0) child = ::fork();
+  ::signal(SIGCHLD, SIG_DFL);  // where the parent of this process ignored it, children would vanish unseen
+  if (open_pipe(failed)) child = ::fork();
   if (child == 0) become(argv, written, failed[1], parent);
   const int error = errno;
   ::close(written);
@@ -90,6 +113,7 @@ std::optional<EndedChild> ended_child(int id) {
   int status = 0;
   rusage usage{};
   const pid_t ended = ::wait4(id, &status, WNOHANG, &usage);
+  if (ended < 0 && errno != EINTR) fail_to_wait(id, errno);
   if (ended != id) return std::nullopt;
   return to_ended(status, usage);
 }
@@ -97,7 +121,8 @@ std::optional<EndedChild> ended_child(int id) {
 EndedChild wait_for_child(int id) {
   int status = 0;
   rusage usage{};
-  while (::wait4(id, &status, 0, &usage) < 0 && errno == EINTR) {
+  while (::wait4(id, &status, 0, &usage) < 0) {
+    if (errno != EINTR) fail_to_wait(id, errno);
   }
   return to_ended(status, usage);
 }
@@ -107,7 +132,7 @@ void ask_child_to_end(int id) { ::kill(id, SIGTERM); }
 void kill_child(int id) { ::kill(id, SIGKILL); }
 
 FolderClaim::FolderClaim(const std::filesystem::path& lock_file, Kind kind) {
-  descriptor_ = ::open(lock_file.c_str(), O_RDWR | O_CREAT, 0666);  // children are to have it too
+  descriptor_ = beyond_standard(::open(lock_file.c_str(), O_RDWR | O_CREAT, 0666), F_DUPFD);  // children are to have it too
   if (descriptor_ < 0) fail(lock_file, errno);
   const int how = (kind == Kind::kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB;
   is_ours_ = ::flock(descriptor_, how) == 0;

@@ -25,7 +25,7 @@ inline constexpr const char* kThisProgram = "/proc/self/exe";
 // Throws FileError if the log cannot be written, Error if the program cannot be started. Returns the number of the process.
 int start_child(const std::vector<std::string>& command, const std::filesystem::path& log);
 
-// Nothing as long as it runs. Once it has ended, the number is not valid any more.
+// Nothing as long as it runs. Once it has ended, the number is not valid any more. Both throw Error if it is none of a child.
 std::optional<EndedChild> ended_child(int id);
 EndedChild wait_for_child(int id);
 

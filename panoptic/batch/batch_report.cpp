@@ -43,6 +43,7 @@ Json json_of(const BatchReport& r) {
           {"finished", count(r, SceneState::kFinished)},
           {"failed", count(r, SceneState::kFailed)},
           {"waiting", count(r, SceneState::kWaiting)},
+          {"unscored", count_unscored(r)},
           {"skipped", r.skipped},
           {"wall_s", r.wall_s},
           {"sum_s", sum_of_seconds(r)},
@@ -58,8 +59,8 @@ std::string line_of(const SceneRecord& r) {
     return fmt::format("| {} | {} | {:.1f} | {:.0f} | | | {} |\n", cell(r.scene.name), state, r.wall_s, r.peak_mb,
                        cell(r.reason));
   }
-  return fmt::format("| {} | {} | {:.1f} | {:.0f} | {} | {} | |\n", cell(r.scene.name), state, r.wall_s, r.peak_mb, r.frames,
-                     r.objects);
+  return fmt::format("| {} | {} | {:.1f} | {:.0f} | {} | {} | {}|\n", cell(r.scene.name), state, r.wall_s, r.peak_mb, r.frames,
+                     r.objects, r.reason.empty() ? "" : "not scored: " + cell(r.reason) + " ");
 }
 
 std::string markdown_of(const BatchReport& r) {
@@ -81,7 +82,15 @@ std::size_t count(const BatchReport& report, SceneState state) {
       std::count_if(report.scenes.begin(), report.scenes.end(), [&](const SceneRecord& r) { return r.state == state; }));
 }
 
-bool is_complete(const BatchReport& report) { return count(report, SceneState::kFinished) == report.scenes.size(); }
+std::size_t count_unscored(const BatchReport& report) {
+  return static_cast<std::size_t>(std::count_if(report.scenes.begin(), report.scenes.end(), [](const SceneRecord& r) {
+    return r.state == SceneState::kFinished && !r.reason.empty();
+  }));
+}
+
+bool is_complete(const BatchReport& report) {
+  return count(report, SceneState::kFinished) == report.scenes.size() && count_unscored(report) == 0;
+}
 
 void write_batch_report(const std::filesystem::path& folder, const BatchReport& report) {
   write_json_file(folder / "batch.json", json_of(report));

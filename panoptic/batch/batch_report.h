@@ -24,7 +24,10 @@ struct BatchReport {
 
 std::size_t count(const BatchReport& report, SceneState state);
 
-// Whether every scene is finished.
+// Finished scenes that could not be scored.
+std::size_t count_unscored(const BatchReport& report);
+
+// Whether every scene is finished, and its scoring did not fail.
 bool is_complete(const BatchReport& report);
 
 // Writes both files into the folder, each whole or not at all. Throws FileError.

@@ -32,48 +32,77 @@ struct Course {
   SceneRecord record;
   std::size_t step = 0;
   std::optional<int> child;
+  bool is_mapped = false;  // and recorded: only the scoring is left
+  double mapped_s = 0;     // that the map took
   Stopwatch since_start;
 };
+
+void remove_tree(const fs::path& path) {
+  std::error_code error;
+  fs::remove_all(path, error);
+  if (error) throw FileError(fmt::format("cannot remove {}: {}; check its permissions", path.string(), error.message()));
+}
+
+// Removes earlier results, which are not to be taken for those of what begins now.
+void remove_outdated(const Course& course) {
+  const SceneTask& task = *course.task;
+  if (!course.is_mapped) {
+    remove_record(task.folder);
+    write_file(log_of(task), "");
+  } else if (course.record.scored) {
+    SceneRecord unscored = task.record;
+    unscored.scored = false;
+    unscored.truth.clear();
+    write_record(task.folder, unscored);
+  }
+  for (const fs::path& path : task.outdated) remove_tree(path);
+}
 
 void begin_attempt(Course& course) {
   const SceneTask& task = *course.task;
   require_writable_folder(task.folder);
-  if (!task.is_mapped) {
-    remove_record(task.folder);
-    write_file(log_of(task), "");
-  }
-  course.step = 0;
-  course.record.peak_mb = task.is_mapped ? task.record.peak_mb : 0;
+  remove_outdated(course);
+  course.record.scored = false;
+  course.record.truth.clear();
   course.record.reason.clear();
+  course.step = course.is_mapped ? task.steps.size() - 1 : 0;
+  if (!course.is_mapped) course.record.peak_mb = 0;
   ++course.record.attempts;
   course.since_start = Stopwatch();
 }
 
-void remove_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::remove_all(folder, error);
-  if (error) throw FileError(fmt::format("cannot remove {}: {}; check its permissions", folder.string(), error.message()));
+// Why a folder that is there already cannot stand for what the step makes; empty if it can.
+std::string difference_of(const BatchStep& step) {
+  const fs::path file = step.made / "made_by.txt";
+  if (is_file(file) && read_file(file) == step.made_by) return "";
+  return fmt::format("{} was made by another program, or of other networks, options, frames or recordings; choose another folder",
+                     step.made.string());
 }
 
-// Starts the next program that is needed; false if all are done.
+// Starts the next program that is needed; false if all are done, or with the reason why it cannot be.
 bool start_next(Course& course) {
   for (; course.step < course.task->steps.size(); ++course.step) {
     const BatchStep& step = course.task->steps[course.step];
-    if (!step.made.empty() && is_there(step.made)) continue;
-    if (!step.partial.empty()) remove_folder(step.partial);  // of an attempt that was cut short
+    if (!step.made.empty() && is_there(step.made)) {
+      course.record.reason = difference_of(step);
+      if (course.record.reason.empty()) continue;
+      return false;
+    }
+    if (!step.partial.empty()) remove_tree(step.partial);  // of an attempt that was cut short
     course.child = start_child(step.command, log_of(*course.task));
     return true;
   }
   return false;
 }
 
-// Gives what a step made its name. Where another batch was faster, its result is the same.
-void keep_made(const BatchStep& step) {
-  if (step.made.empty()) return;
+// Gives what a step made its name. Where another batch was faster, its result must be the same. Returns the reason if it is not.
+std::string keep_made(const BatchStep& step) {
+  if (step.made.empty()) return "";
   write_file(step.partial / "made_by.txt", step.made_by);
-  if (os::rename(step.partial, step.made)) return;
+  if (os::rename(step.partial, step.made)) return "";
   if (!is_there(step.made)) throw FileError(fmt::format("cannot give {} its name {}", step.partial.string(), step.made.string()));
-  remove_folder(step.partial);
+  remove_tree(step.partial);
+  return difference_of(step);
 }
 
 std::string reason_of(const EndedChild& ended, const SceneTask& task) {
@@ -86,18 +115,43 @@ std::string reason_of(const EndedChild& ended, const SceneTask& task) {
   return said.empty() ? fmt::format("exit code {}", ended.exit_code) : said;
 }
 
-// Fills the record of a scene whose programs are all done.
-void conclude(Course& course) {
-  const SceneTask& task = *course.task;
-  course.record.wall_s = course.since_start.seconds() + (task.is_mapped ? task.record.wall_s : 0);
-  if (!course.record.reason.empty()) return;
+// Takes what the run left. The record stands from now on, whatever becomes of the scores.
+void conclude_map(Course& course) {
   try {
-    take_results(task.folder, course.record);
-    course.record.scored = course.record.scored || task.scores;
-    course.record.state = SceneState::kFinished;
+    take_results(course.task->folder, course.record);
   } catch (const Error& e) {
     course.record.reason = e.what();
+    return;
   }
+  course.mapped_s = course.since_start.seconds();
+  course.since_start = Stopwatch();
+  course.record.wall_s = course.mapped_s;
+  course.is_mapped = true;
+  SceneRecord record = course.record;
+  record.state = SceneState::kFinished;
+  write_record(course.task->folder, record);
+}
+
+// Fills the record of a scene whose programs are all done, or one of them has failed.
+void conclude(Course& course) {
+  const SceneTask& task = *course.task;
+  if (course.record.reason.empty() && !course.is_mapped) conclude_map(course);
+  course.record.wall_s = course.mapped_s + course.since_start.seconds();
+  if (!course.record.reason.empty()) return;
+  course.record.scored = task.scores;
+  if (task.scores) course.record.truth = task.truth;
+  course.record.state = SceneState::kFinished;
+}
+
+// Takes a program that has ended into account.
+void take_end(Course& course, const EndedChild& ended) {
+  const SceneTask& task = *course.task;
+  course.child.reset();
+  course.record.peak_mb = std::max(course.record.peak_mb, ended.peak_mb);
+  course.record.reason = ended.exit_code == 0 ? keep_made(task.steps[course.step]) : reason_of(ended, task);
+  if (!course.record.reason.empty()) return;
+  ++course.step;
+  if (task.scores && !course.is_mapped && course.step + 1 == task.steps.size()) conclude_map(course);
 }
 
 // Takes the scene as far as it goes without waiting; true once it has ended.
@@ -105,21 +159,13 @@ bool advance(Course& course) {
   if (course.child) {
     const std::optional<EndedChild> ended = ended_child(*course.child);
     if (!ended) return false;
-    course.child.reset();
-    course.record.peak_mb = std::max(course.record.peak_mb, ended->peak_mb);
-    const BatchStep& step = course.task->steps[course.step];
-    if (ended->exit_code != 0) {
-      course.record.reason = reason_of(*ended, *course.task);
-    } else {
-      keep_made(step);
-      ++course.step;
-    }
+    take_end(course, *ended);
   }
   if (course.record.reason.empty() && start_next(course)) return false;
   conclude(course);
   if (course.record.state == SceneState::kFinished) return true;
   if (course.record.attempts >= kMostAttempts) {
-    course.record.state = SceneState::kFailed;
+    course.record.state = course.is_mapped ? SceneState::kFinished : SceneState::kFailed;
     return true;
   }
   begin_attempt(course);
@@ -146,6 +192,8 @@ std::unique_ptr<Course> begin(const SceneTask& task) {
   course->record = task.record;
   course->record.state = SceneState::kWaiting;
   course->record.attempts = 0;
+  course->is_mapped = task.is_mapped;
+  course->mapped_s = task.is_mapped ? task.record.wall_s : 0;
   begin_attempt(*course);
   return course;
 }

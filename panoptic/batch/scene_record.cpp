@@ -17,12 +17,14 @@ namespace fs = std::filesystem;
 constexpr const char* kFile = "scene.json";
 constexpr std::array<const char*, 3> kStates = {"waiting", "finished", "failed"};
 
-SceneRecord from_json(const Json& json) {
+std::optional<SceneRecord> from_json(const Json& json) {
   SceneRecord record;
   record.scene = {json.at("name"), json.at("recording")};
   record.fingerprint = json.at("fingerprint");
   const std::string state = json.at("state");
-  record.state = static_cast<SceneState>(std::find(kStates.begin(), kStates.end(), state) - kStates.begin());
+  const auto place = std::find(kStates.begin(), kStates.end(), state);
+  if (place == kStates.end()) return std::nullopt;
+  record.state = static_cast<SceneState>(place - kStates.begin());
   record.scored = json.at("scored");
   record.attempts = json.at("attempts");
   record.wall_s = json.at("wall_s");
@@ -31,18 +33,26 @@ SceneRecord from_json(const Json& json) {
   record.objects = json.at("objects");
   record.map_hash = json.at("map_hash");
   record.reason = json.at("reason");
+  record.truth = json.at("truth");
   return record;
 }
 
 }  // namespace
 
 Json to_json(const SceneRecord& r) {
-  return {{"name", r.scene.name},         {"recording", r.scene.recording},
-          {"fingerprint", r.fingerprint}, {"state", kStates.at(static_cast<std::size_t>(r.state))},
-          {"scored", r.scored},           {"attempts", r.attempts},
-          {"wall_s", r.wall_s},           {"peak_mb", r.peak_mb},
-          {"frames", r.frames},           {"objects", r.objects},
-          {"map_hash", r.map_hash},       {"reason", r.reason}};
+  return {{"name", r.scene.name},
+          {"recording", r.scene.recording},
+          {"fingerprint", r.fingerprint},
+          {"state", kStates.at(static_cast<std::size_t>(r.state))},
+          {"scored", r.scored},
+          {"attempts", r.attempts},
+          {"wall_s", r.wall_s},
+          {"peak_mb", r.peak_mb},
+          {"frames", r.frames},
+          {"objects", r.objects},
+          {"map_hash", r.map_hash},
+          {"reason", r.reason},
+          {"truth", r.truth}};
 }
 
 std::optional<SceneRecord> read_record(const fs::path& folder) {

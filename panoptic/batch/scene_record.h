@@ -28,7 +28,8 @@ struct SceneRecord {
   std::uint64_t frames = 0;
   std::uint64_t objects = 0;
   std::string map_hash;
-  std::string reason;  // why it failed
+  std::string reason;  // why it failed; of a finished scene: why it could not be scored
+  std::string truth;   // the fingerprint of the truth that it was scored with
 };
 
 Json to_json(const SceneRecord& record);

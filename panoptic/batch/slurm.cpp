@@ -6,8 +6,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <sstream>
+#include <string_view>
 
 #include "panoptic/base/child_process.h"
 #include "panoptic/base/files.h"
@@ -28,6 +30,15 @@ Answer ask(const Words& command, const fs::path& folder) {
   write_file(said, "");
   const EndedChild ended = wait_for_child(start_child(command, said));
   return {ended.exit_code, read_file(said)};
+}
+
+// Where there is no squeue at all, that is the answer.
+Answer answer_about(const std::string& job, const fs::path& folder) {
+  try {
+    return ask({"squeue", "--noheader", "--format=%i", "--jobs=" + job}, folder);
+  } catch (const Error& e) {
+    return {1, e.what()};
+  }
 }
 
 std::string answer_to(const Words& command, const fs::path& folder) {
@@ -58,12 +69,19 @@ Words sbatch_words(const char* name) {
   return {"sbatch", "--parsable", fmt::format("--job-name={}", name), fmt::format("--chdir={}", fs::current_path().string())};
 }
 
+// Doubles the sign that may stand in a path and means something to sbatch.
+std::string output_option(const fs::path& folder, const std::string& name) {
+  std::string path;
+  for (const char c : folder.string()) path += c == '%' ? std::string("%%") : std::string(1, c);
+  return fmt::format("--output={}/{}", path, name);
+}
+
 // The tasks from `first` on, as many as an array may have.
 std::string submit_array(const SlurmWork& work, std::size_t first, std::size_t count, const std::string& after) {
   Words words = sbatch_words("panoptic");
   const std::string limit = work.at_once > 0 ? fmt::format("%{}", work.at_once) : "";
   words.push_back(fmt::format("--array=0-{}{}", count - 1, limit));
-  words.push_back(fmt::format("--output={}", (work.folder / "%A_%a.log").string()));
+  words.push_back(output_option(work.folder, "%A_%a.log"));
   if (!after.empty()) words.push_back(fmt::format("--dependency=afterany:{}", after));
   words.insert(words.end(), work.options.begin(), work.options.end());
   Words task = work.task;
@@ -76,9 +94,10 @@ std::string submit_array(const SlurmWork& work, std::size_t first, std::size_t c
 
 std::string submit_gathering(const SlurmWork& work, const Words& arrays) {
   Words words = sbatch_words("panoptic-gather");
-  words.push_back(fmt::format("--output={}", (work.folder / "gather.log").string()));
+  words.push_back(output_option(work.folder, "gather.log"));
   if (!arrays.empty()) words.push_back(fmt::format("--dependency=afterany:{}", fmt::join(arrays, ":")));
-  words.insert(words.end(), work.options.begin(), work.options.end());
+  const Words options = gathering_options(work.options);
+  words.insert(words.end(), options.begin(), options.end());
   words.push_back(write_script(work.folder / "gather.sh", shell_line(work.gather)).string());
   return job_number(answer_to(words, work.folder));
 }
@@ -97,6 +116,21 @@ std::string shell_line(const Words& words) {
     quoted.push_back(fmt::format("'{}'", text));
   }
   return fmt::format("{}", fmt::join(quoted, " "));
+}
+
+Words gathering_options(const Words& options) {
+  constexpr std::array<std::string_view, 3> kLong = {"--partition", "--account", "--qos"};
+  constexpr std::array<std::string_view, 3> kShort = {"-p", "-A", "-q"};
+  Words kept;
+  bool has_value_to_come = false;
+  for (const std::string& word : options) {
+    const std::string name = word.substr(0, word.find('='));
+    const bool is_long = std::ranges::find(kLong, name) != kLong.end();
+    const bool is_short = std::ranges::find(kShort, word.substr(0, 2)) != kShort.end();
+    if (is_long || is_short || has_value_to_come) kept.push_back(word);
+    has_value_to_come = (is_long && name == word) || (is_short && word.size() == 2);
+  }
+  return kept;
 }
 
 std::size_t max_array_size(const std::string& config) {
@@ -129,7 +163,7 @@ std::vector<std::string> jobs_not_done(const fs::path& folder) {
   std::istringstream jobs(read_file(folder / "jobs.txt"));
   for (std::string job; std::getline(jobs, job);) {
     // Slurm forgets jobs that are long done, and calls them invalid.
-    const Answer answer = ask({"squeue", "--noheader", "--format=%i", "--jobs=" + job}, folder);
+    const Answer answer = answer_about(job, folder);
     if (answer.exit_code == 0 && answer.text.find_first_of("0123456789") != std::string::npos) left.push_back(job);
     if (answer.exit_code != 0 && answer.text.find("Invalid job id") == std::string::npos) {
       throw Error(fmt::format("{} was submitted to Slurm, which does not say whether it is done: {}; remove {} if it is",

@@ -18,7 +18,7 @@ struct SlurmWork {
   std::vector<std::string> gather;
   std::size_t tasks = 0;
   int at_once = 0;                   // tasks at most; 0 = as many as Slurm likes
-  std::vector<std::string> options;  // of sbatch, for the tasks
+  std::vector<std::string> options;  // of sbatch, for the tasks; the gathering takes some of them
 };
 
 // Submits the tasks as arrays that the site allows, and the gathering as a job that depends on them. Returns the numbers of the
@@ -30,6 +30,9 @@ std::vector<std::string> jobs_not_done(const std::filesystem::path& folder);
 
 // The largest array of the site, from what `scontrol show config` prints. Throws Error.
 std::size_t max_array_size(const std::string& config);
+
+// The options that the gathering takes over from the tasks: partition, account and quality of service.
+std::vector<std::string> gathering_options(const std::vector<std::string>& options);
 
 // The words as a line that a POSIX shell takes apart into the same words.
 std::string shell_line(const std::vector<std::string>& words);

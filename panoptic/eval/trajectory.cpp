@@ -33,7 +33,8 @@ std::vector<Pair> close_pairs(const std::vector<StampedPose>& estimate, const st
     const double time_s = estimate[e].time_s;
     while (begin < truth.size() && truth[begin].time_s < time_s - most_s) ++begin;
     for (std::size_t t = begin; t < truth.size() && truth[t].time_s < time_s + most_s; ++t) {
-      pairs.push_back({e, t, std::abs(truth[t].time_s - time_s)});
+      const double apart_s = std::abs(truth[t].time_s - time_s);
+      if (apart_s < most_s) pairs.push_back({e, t, apart_s});
     }
   }
   return pairs;

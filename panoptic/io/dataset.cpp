@@ -39,7 +39,7 @@ constexpr std::array<FolderFormat, 8> kFolderFormats = {{
     {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
     {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum, true},
     {"Replica (traj.txt, results/)", recognise_replica},
-    {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", recognise_sun3d},
+    {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", nullptr, recognise_sun3d},
     {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF", nullptr,
      recognise_plain_folder},
     {"flat folder (00000.jpg, 00000.png, 00000.txt, intrinsic.txt)", nullptr, recognise_flat_folder},
@@ -82,19 +82,23 @@ void forget_poses(FileRecording& recording) {
   recording.other_order = {};
 }
 
-void require_poses(const FileRecording& recording) {
-  const auto has_pose = [](const FileFrame& frame) { return frame.pose || !frame.pose_file.empty(); };
-  if (recording.frames.empty() || std::any_of(recording.frames.begin(), recording.frames.end(), has_pose)) return;
+[[noreturn]] void refuse_as_unposed(const FileRecording& recording) {
   throw NoPoses(
       fmt::format("{}: {} recording without poses; panoptic run --track finds them", recording.root.string(), recording.format));
 }
 
+void require_poses(const FileRecording& recording) {
+  const auto has_pose = [](const FileFrame& frame) { return frame.pose || !frame.pose_file.empty(); };
+  if (recording.frames.empty() || std::any_of(recording.frames.begin(), recording.frames.end(), has_pose)) return;
+  refuse_as_unposed(recording);
+}
+
 // Says so where a folder would be a recording, had it poses.
 void refuse_without_poses(const fs::path& path, const PairingOptions& pairing) {
-  if (pairing.without_poses) return;
-  for (const auto& recognise : {recognise_plain_folder, recognise_flat_folder}) {
+  if (pairing.without_poses || has_unread_poses(path)) return;
+  for (const auto& recognise : {recognise_sun3d, recognise_plain_folder, recognise_flat_folder}) {
     const auto recording = recognise(path, {.tolerance_s = {}, .without_poses = true});
-    if (recording && !recording->frames.empty()) require_poses(*recording);
+    if (recording && !recording->frames.empty()) refuse_as_unposed(*recording);
   }
 }
 

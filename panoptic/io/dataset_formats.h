@@ -22,7 +22,7 @@ std::optional<FileRecording> recognise_scannet_cpp_export(const std::filesystem:
 std::optional<FileRecording> recognise_seven_scenes(const std::filesystem::path& folder);        // also 3DMatch
 std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder, const PairingOptions& pairing);  // also ICL-NUIM
 std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);  // NICE-SLAM layout
-std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder);
+std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder, const PairingOptions& pairing);
 // Also Open3D's recorder and Semantic-NeRF.
 std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder, const PairingOptions& pairing);
 std::optional<FileRecording> recognise_flat_folder(const std::filesystem::path& folder, const PairingOptions& pairing);
@@ -33,5 +33,8 @@ std::optional<std::string> pose_file_in(const std::filesystem::path& folder);
 // The format that a folder (or a file) of no known one is nearest to and what it lacks, in a few words; nothing if it is like
 // none.
 std::string why_no_recording(const std::filesystem::path& folder);
+
+// Whether a folder holds poses in a form that is not read.
+bool has_unread_poses(const std::filesystem::path& folder);
 
 }  // namespace panoptic

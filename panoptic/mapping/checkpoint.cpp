@@ -71,6 +71,12 @@ void require_resumable(const std::filesystem::path& path, const SavedMap& saved,
                     "recording anew, into another file",
                     path.string(), older, kMapFormat));
   }
+  if (identity.tracked || !note_or_empty(saved, run_note::kTracked).empty()) {
+    throw Error(
+        fmt::format("{}: a run that tracked the camera cannot be resumed, for the file does not hold the tracker's memory; "
+                    "choose another file",
+                    path.string()));
+  }
   if (identity.online || !note_or_empty(saved, run_note::kOnline).empty()) {
     throw Error(fmt::format("{}: an online run cannot be resumed, for what it dropped depends on the moment; choose another file",
                             path.string()));
@@ -149,6 +155,7 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
     : settings_(std::move(settings)), identity_(texts_of(identity)) {
   identity_[run_note::kProgram] = fmt::format("panoptic {}", version());
   if (identity.online) identity_[run_note::kOnline] = "1";
+  if (identity.tracked) identity_[run_note::kTracked] = "1";
   const bool exists = is_there(settings_.path);
   if (exists && !settings_.resume) {
     throw Error(

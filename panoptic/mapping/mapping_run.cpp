@@ -73,16 +73,22 @@ class PoseCorrector {
   std::vector<Correction>& done_;
 };
 
+// The pose that the recording gives, if it gives one.
+std::optional<Pose> given_pose(const Frame& frame, std::size_t position, const MappingRun& run) {
+  if (run.given_poses == nullptr) return std::nullopt;
+  return run.given_poses == &run.dataset ? std::optional(frame.world_from_camera) : run.given_poses->pose(position);
+}
+
 // False if the camera is lost: then the frame counts as skipped.
 bool locate(Frame& frame, std::size_t position, const MappingRun& run, RunRecorder& recorder) {
   if (run.tracker == nullptr) return true;
   const Stopwatch tracking;
-  const auto given = run.given_poses != nullptr ? run.given_poses->pose(position) : std::nullopt;
+  const auto given = given_pose(frame, position, run);
   const Outcome located = run.tracker->locate(frame, run.mapper.map().voxels, given);
   run.mapper.profile().add("locate", tracking.seconds());
   if (located.used) return true;
   run.mapper.skip({frame.index, located.reason});
-  recorder.frame(frame, false, located);
+  recorder.not_given({.frame = frame.index, .time_s = frame.time_s, .unused_because = located.reason});
   return false;
 }
 
@@ -90,6 +96,7 @@ void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPub
   const auto frame = std::make_shared<const Frame>(publisher != nullptr ? kept(std::move(read)) : std::move(read));
   const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
   const Outcome outcome = run.mapper.add(*frame, *segmentation);
+  if (outcome.used && run.tracker != nullptr) run.tracker->keep(*frame);
   recorder.frame(*frame, !segmentation->segment_at.empty(), outcome);
   if (outcome.used && publisher != nullptr) publisher->added(frame, segmentation);
 }

@@ -38,7 +38,9 @@ struct MappingRun {
   std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };
   // Gives the frames their poses, in place of the dataset's; nullptr: those of the dataset count. Not online.
   RunTracker* tracker = nullptr;
-  const Dataset* given_poses = nullptr;  // the recording with its own poses, for the report of the tracker; nullptr: it has none
+  // The recording with its own poses, for the report of the tracker: `dataset` itself if its frames have them, another that was
+  // opened beside it, or nullptr if there are none.
+  const Dataset* given_poses = nullptr;
 };
 
 // A failure is not thrown: what was mapped before is worth keeping.

@@ -127,6 +127,7 @@ Json loops_json(const std::vector<Loop>& loops) {
                     {"earlier_frame", loop.earlier_frame},
                     {"earlier_from_frame", std::vector<double>(m.data(), m.data() + m.size())},
                     {"moved_m", loop.moved_m},
+                    {"is_believed", loop.is_believed},
                     {"corrects", loop.corrects}});
   }
   return {{"loops", std::move(list)}};

@@ -22,6 +22,9 @@ class RunTracker {
   // recording gives, for the report alone.
   Outcome locate(Frame& frame, const VoxelMap& map, const std::optional<Pose>& given);
 
+  // The frame that was located last is in the map.
+  void keep(const Frame& frame) { tracker_.keep(frame); }
+
   // The poses that the map must follow before the next frame; none if nothing was corrected.
   std::vector<PoseUpdate> corrections();
 

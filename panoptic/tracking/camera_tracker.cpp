@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "panoptic/error.h"
 #include "panoptic/tracking/keyframes.h"
 
 namespace panoptic {
@@ -26,6 +27,9 @@ constexpr double kLoopNoise_m = 0.02;  // two looks from different sides are com
 constexpr double kLoopNoise_rad = 0.01;
 constexpr double kDriftShare = 0.1;  // of the way since: no tracker drifts more
 constexpr double kDrift_m = 0.2;
+constexpr double kDriftTurn_radpm = 0.02;  // a turn of one degree a metre, and ten degrees
+constexpr double kDrift_rad = 0.17;
+constexpr std::size_t kTriedAgain = 10;  // frames for which a lost camera is looked for where it was
 
 // The camera level at the origin, looking along y, z up.
 Pose level_start() {
@@ -72,9 +76,13 @@ std::string_view to_text(TrackingState state) {
 class CameraTracker::Parts {
  public:
   explicit Parts(const CameraTrackerOptions& options)
-      : range_{options.min_depth_m, options.max_depth_m}, start_(options.start.value_or(level_start())) {}
+      : range_{options.min_depth_m, options.max_depth_m}, start_(options.start.value_or(level_start())) {
+    if (!(range_.min_m > 0 && range_.max_m > range_.min_m)) throw Error("tracking needs depths with 0 < min < max");
+    if (!is_finite(start_) || !is_rigid(start_)) throw Error("tracking begins at a pose that is no rigid motion");
+  }
 
   CameraPose track(const Frame& frame, const VoxelMap& map);
+  void keep(const Frame& frame);
   std::optional<std::vector<FramePose>> corrected_poses();
   std::vector<FramePose> trajectory() const;
   const std::vector<Loop>& loops() const { return loops_; }
@@ -84,11 +92,11 @@ class CameraTracker::Parts {
   using Pyramid = std::vector<GreyLevel>;
 
   Pose predicted(double time_s) const;
+  CameraPose begin(const Frame& frame) const;
   CameraPose follow(const Frame& frame, const Pyramid& pyramid, const VoxelMap& map);
   CameraPose find_again(const Frame& frame, const Pyramid& pyramid, const VoxelMap& map);
-  void take(const Frame& frame, const Pyramid& pyramid, const CameraPose& pose);
-  bool is_keyframe_due(const Pose& pose) const;
-  void add_keyframe(const Frame& frame, const Pyramid& pyramid, const Pose& pose);
+  bool is_keyframe_due(const CameraPose& pose) const;
+  void add_keyframe(const Frame& frame);
   void look_for_loops(const Sighting& sighting, std::size_t keyframe);
   double way_m(std::size_t a, std::size_t b) const;
   void correct();
@@ -99,31 +107,45 @@ class CameraTracker::Parts {
   std::vector<Keyframe> keyframes_;
   std::size_t reference_ = 0;  // the keyframe that frames are compared with
   double compared_share_ = 1;
-  bool is_lost_ = false;
+  std::size_t lost_ = 0;  // frames since the last one that was known
+  Pyramid pyramid_;       // of the frame that was tracked last,
+  CameraPose pose_;       // and its pose
   std::vector<PoseEdge> edges_;
   std::vector<Loop> loops_;
   bool is_corrected_ = false;
 };
 
 CameraPose CameraTracker::Parts::track(const Frame& frame, const VoxelMap& map) {
-  const Pyramid pyramid = grey_pyramid(frame.color, frame.color_camera);
-  CameraPose pose;
+  pose_ = {};
+  Frame unposed = frame;
+  unposed.world_from_camera = Pose::Identity();
+  if (const Outcome outcome = check(unposed); !outcome.used) {
+    pose_.reason = outcome.reason;
+    return pose_;
+  }
+  pyramid_ = grey_pyramid(frame.color, frame.color_camera);
   if (frames_.empty()) {
-    if (depth_points(frame, range_, std::max(1, frame.depth.width() / 160)).size() < kLeastReadings) {
-      pose.reason = "too few depth readings to begin with";
-      return pose;
-    }
-    pose = {TrackingState::kBegun, start_, "", 1, {}};
-    pose.covariance.setZero();
+    pose_ = begin(frame);
   } else {
-    if (!is_lost_) pose = follow(frame, pyramid, map);
-    if (!pose.is_known()) {
-      CameraPose again = find_again(frame, pyramid, map);
-      if (again.is_known()) pose = std::move(again);
+    if (lost_ < kTriedAgain) pose_ = follow(frame, pyramid_, map);
+    if (!pose_.is_known()) {
+      CameraPose again = find_again(frame, pyramid_, map);
+      if (again.is_known() || pose_.reason.empty()) pose_ = std::move(again);
     }
   }
-  is_lost_ = !pose.is_known();
-  if (pose.is_known()) take(frame, pyramid, pose);
+  lost_ = pose_.is_known() ? 0 : lost_ + 1;
+  return pose_;
+}
+
+CameraPose CameraTracker::Parts::begin(const Frame& frame) const {
+  CameraPose pose;
+  if (depth_points(frame, range_, std::max(1, frame.depth.width() / 160)).size() < kLeastReadings) {
+    pose.reason = "too few depth readings to begin with";
+    return pose;
+  }
+  pose.state = TrackingState::kBegun;
+  pose.world_from_camera = start_;
+  pose.quality = 1;
   return pose;
 }
 
@@ -171,30 +193,32 @@ CameraPose CameraTracker::Parts::find_again(const Frame& frame, const Pyramid& p
   return pose;
 }
 
-void CameraTracker::Parts::take(const Frame& frame, const Pyramid& pyramid, const CameraPose& pose) {
-  if (pose.state == TrackingState::kBegun || is_keyframe_due(pose.world_from_camera))
-    add_keyframe(frame, pyramid, pose.world_from_camera);
-  frames_.push_back({frame.index, frame.time_s, keyframes_.size() - 1, pose.world_from_camera});
+// The frame joins the others before loops are looked for: they may move it, too.
+void CameraTracker::Parts::keep(const Frame& frame) {
+  PANOPTIC_ASSERT(pose_.is_known());
+  const bool is_due = is_keyframe_due(pose_);
+  frames_.push_back({frame.index, frame.time_s, is_due ? keyframes_.size() : keyframes_.size() - 1, pose_.world_from_camera});
+  if (is_due) add_keyframe(frame);
 }
 
-bool CameraTracker::Parts::is_keyframe_due(const Pose& pose) const {
-  const PoseDifference d = difference(keyframes_[reference_].grey.world_from_camera, pose);
+// One that was found again is always due: it stands beside the keyframe by which it was found, not beside the last one.
+bool CameraTracker::Parts::is_keyframe_due(const CameraPose& pose) const {
+  if (pose.state != TrackingState::kTracked) return true;
+  const PoseDifference d = difference(keyframes_[reference_].grey.world_from_camera, pose.world_from_camera);
   return d.distance_m > kKeyframeDistance_m || d.angle_rad > kKeyframeAngle_rad || compared_share_ < kKeyframeCompared;
 }
 
-void CameraTracker::Parts::add_keyframe(const Frame& frame, const Pyramid& pyramid, const Pose& pose) {
-  Keyframe keyframe{frame.index, grey_reference(frame, pyramid, range_), find_features(frame, pyramid, range_)};
-  keyframe.grey.world_from_camera = pose;
+void CameraTracker::Parts::add_keyframe(const Frame& frame) {
+  Keyframe keyframe{frame.index, grey_reference(frame, pyramid_, range_), find_features(frame, pyramid_, range_)};
+  keyframe.grey.world_from_camera = pose_.world_from_camera;
   const std::size_t added = keyframes_.size();
   keyframes_.push_back(std::move(keyframe));
   if (added > 0) {
-    edges_.push_back({added - 1, added, keyframes_[added - 1].grey.world_from_camera.inverse() * pose});
-    if (reference_ != added - 1)
-      edges_.push_back({reference_, added, keyframes_[reference_].grey.world_from_camera.inverse() * pose});
+    edges_.push_back({reference_, added, keyframes_[reference_].grey.world_from_camera.inverse() * pose_.world_from_camera});
   }
   reference_ = added;
   compared_share_ = 1;
-  look_for_loops({frame, pyramid, keyframes_[added].features, range_}, added);
+  look_for_loops({frame, pyramid_, keyframes_[added].features, range_}, added);
 }
 
 // How far the camera went from one keyframe to another.
@@ -214,14 +238,18 @@ void CameraTracker::Parts::look_for_loops(const Sighting& sighting, std::size_t 
   for (const Recognition& found : recognise_among(sighting, keyframes_, keyframe - kRecent, kMost)) {
     const Keyframe& earlier = keyframes_[found.keyframe];
     const PoseDifference off = difference(earlier.grey.world_from_camera * found.keyframe_from_frame, pose);
-    if (off.distance_m > kDrift_m + kDriftShare * way_m(found.keyframe, keyframe)) continue;
+    const double way = way_m(found.keyframe, keyframe);
+    if (off.distance_m > kDrift_m + kDriftShare * way || off.angle_rad > kDrift_rad + kDriftTurn_radpm * way) {
+      loops_.push_back({sighting.frame.index, earlier.frame, found.keyframe_from_frame, off.distance_m, false, false});
+      continue;
+    }
     PoseEdge edge{found.keyframe, keyframe, found.keyframe_from_frame};
     edge.distance_noise_m = kLoopNoise_m;
     edge.angle_noise_rad = kLoopNoise_rad;
     edge.may_be_wrong = true;
     edges_.push_back(edge);
     const bool is_off = off.distance_m > kLoopTolerance_m || off.angle_rad > kLoopTolerance_rad;
-    loops_.push_back({sighting.frame.index, earlier.frame, found.keyframe_from_frame, off.distance_m, is_off});
+    loops_.push_back({sighting.frame.index, earlier.frame, found.keyframe_from_frame, off.distance_m, true, is_off});
     corrects = corrects || is_off;
   }
   if (corrects) correct();
@@ -266,6 +294,7 @@ CameraTracker::~CameraTracker() = default;
 CameraTracker::CameraTracker(CameraTracker&&) noexcept = default;
 CameraTracker& CameraTracker::operator=(CameraTracker&&) noexcept = default;
 CameraPose CameraTracker::track(const Frame& frame, const VoxelMap& map) { return parts_->track(frame, map); }
+void CameraTracker::keep(const Frame& frame) { parts_->keep(frame); }
 std::optional<std::vector<FramePose>> CameraTracker::corrected_poses() { return parts_->corrected_poses(); }
 std::vector<FramePose> CameraTracker::trajectory() const { return parts_->trajectory(); }
 const std::vector<Loop>& CameraTracker::loops() const { return parts_->loops(); }

@@ -71,16 +71,28 @@ TEST_F(Track, ARecordingWithoutPosesIsTracked) {
   EXPECT_FALSE(is_file(out_ / "given_trajectory.txt"));
 }
 
+TEST_F(Track, ATrackedMapIsNotResumedButFollowsPosesFromOutside) {
+  const fs::path map = folder_ / "map.panoptic";
+  ASSERT_EQ(run({"--map", map.string(), "--frames", "0:8"}).exit_code, 0);
+  for (int n = 0; n < kFrames; ++n) write_pose(n);
+  expect_one_line(run({"--map", map.string(), "--frames", "0:8", "--resume"}).err, "tracked the camera");
+  for (int n = 0; n < kFrames; ++n) fs::remove(recording_ / fmt::format("frame-{:06}.pose.txt", n));
+  const ProgramResult rebuilt = run_program(
+      {"rebuild", map.string(), "--poses", (out_ / "trajectory.txt").string(), "-o", (folder_ / "new.panoptic").string()});
+  EXPECT_EQ(rebuilt.exit_code, 0) << rebuilt.err;
+}
+
 TEST_F(Track, GivenPosesAreNotUsedButCompared) {
   for (int n = 0; n < kFrames; ++n) write_pose(n);
   ASSERT_EQ(run({"--track"}).exit_code, 0);
   const ProgramResult scores = run_program(
       {"eval-trajectory", out_.string(), (out_ / "given_trajectory.txt").string(), "--json", (folder_ / "scores.json").string()});
   ASSERT_EQ(scores.exit_code, 0) << scores.err;
-  EXPECT_THAT(scores.out, HasSubstr("12 pairs (100.0 %)"));
+  EXPECT_THAT(scores.out, HasSubstr("12 pairs: 100.0 % of the 12 estimated poses, 100.0 % of the 12 true ones"));
   const Json json = Json::parse(read_file(folder_ / "scores.json"));
   EXPECT_LT(json["ate_m"]["rmse"].get<double>(), 0.01);
-  EXPECT_EQ(json["tracked_share"], 1.0);
+  EXPECT_EQ(json["share_of_truth"], 1.0);
+  EXPECT_TRUE(json["rpe_m"].is_null());  // 12 frames are less than a second
   // Another run into the same folder leaves nothing of the tracked one.
   ASSERT_EQ(run().exit_code, 0);
   EXPECT_FALSE(is_file(out_ / "loops.json"));
@@ -88,11 +100,14 @@ TEST_F(Track, GivenPosesAreNotUsedButCompared) {
 }
 
 TEST_F(Track, WhatCannotBeTrackedIsRefusedInOneLine) {
-  expect_one_line(run({"--track", "--online"}).err, "--track does not go with --online");
-  expect_one_line(run({"--online"}).err, "without poses");
-  expect_one_line(run({"--set", "map.log=none"}).err, "needs the log for it");
-  expect_one_line(run_program({"predict", recording_.string(), "-o", (folder_ / "p").string(), "--semantic", "none.toml"}).err,
-                  "");
+  const auto refuse = [&](const std::vector<std::string>& more, int code, const char* part) {
+    const ProgramResult result = run(more);
+    EXPECT_EQ(result.exit_code, code);
+    expect_one_line(result.err, part);
+  };
+  refuse({"--track", "--online"}, 2, "--track does not go with --online");
+  refuse({"--online"}, 1, "without poses");
+  refuse({"--set", "map.log=none"}, 2, "needs the log for it");
   for (int n = 0; n < kFrames; ++n) {  // nothing to begin with
     write_png(recording_ / fmt::format("frame-{:06}.depth.png", n), Image<std::uint16_t>(320, 240, std::uint16_t{0}));
   }

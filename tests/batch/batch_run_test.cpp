@@ -77,6 +77,19 @@ TEST(RunScenes, MakesWhatOthersUseOnceAndAtOnce) {
   EXPECT_FALSE(fs::exists(folder / ".partial"));
 }
 
+TEST(RunScenes, DoesNotUseWhatWasMadeOfOtherThings) {
+  const fs::path folder = fresh_folder("shared");
+  SceneTask task = task_of("scene", "touch used");
+  const BatchStep step{{"mkdir", (folder / ".partial").string()}, folder / "scene", folder / ".partial", "by us\n"};
+  task.steps.insert(task.steps.begin(), step);
+  fs::create_directories(folder / "scene");
+  write_file(folder / "scene" / "made_by.txt", "by others\n");
+  const std::vector<SceneRecord> ended = run_all({task}, 1);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_EQ(ended[0].state, SceneState::kFailed);
+  EXPECT_THAT(ended[0].reason, HasSubstr("was made by another program"));
+}
+
 TEST(RunScenes, EndsItsProgramsWhenToldToStopAndRecordsNothing) {
   const std::vector<SceneTask> tasks{task_of("a", "exec sleep 1000"), task_of("b", "exec sleep 1000")};
   int asked = 0;
@@ -96,6 +109,10 @@ TEST(SceneRecord, IsReadAsItWasWritten) {
   EXPECT_FALSE(is_finished(again, "g"));
   write_file(folder / "scene.json", "{\"name\": ");
   EXPECT_FALSE(read_record(folder));
+  Json other = to_json(record);
+  other["state"] = "paused";
+  write_json_file(folder / "scene.json", other);
+  EXPECT_FALSE(read_record(folder)) << "a state of another version";
   write_file(folder / "scene.json", "{}");
   EXPECT_FALSE(read_record(folder));
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The parts that need no Slurm; tests/apps/batch_slurm_test.cpp has a real one.
+// The parts that need no Slurm; tests/tools/batch_slurm_test.py has a real one.
 #include "panoptic/batch/slurm.h"
 
 #include <gmock/gmock.h>
@@ -18,6 +18,11 @@ TEST(Slurm, KeepsBelowTheLargestArrayOfTheSite) {
   EXPECT_EQ(max_array_size("LogFile = x\nMaxArraySize            = 1001\nMaxJobCount = 10000\n"), 1000U);
   EXPECT_THROW(max_array_size("MaxArraySize            = 0\n"), Error);
   EXPECT_THROW(max_array_size("MaxJobCount = 10\n"), Error);
+}
+
+TEST(Slurm, TheGatheringTakesOverWhereItRunsAndWhoPays) {
+  const std::vector<std::string> options{"--mem=16G", "--partition=gpu", "-A", "us", "-qlong", "--gres=gpu:1"};
+  EXPECT_EQ(gathering_options(options), (std::vector<std::string>{"--partition=gpu", "-A", "us", "-qlong"}));
 }
 
 TEST(Slurm, WordsComeThroughAShellAsTheyAre) {

@@ -7,6 +7,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "panoptic/base/files.h"
@@ -138,17 +139,24 @@ TEST(Trajectory, ScoresAgreeWithTheDefinitions) {
 }
 
 TEST(Trajectory, StatisticsAreThoseOfTheErrors) {
-  // On a line, so that the alignment leaves errors of one sign: two stand right, one is off by 3, and all are moved by its mean.
+  // Two squares around one middle, of which the estimate is a tenth too large: no rigid motion makes that better.
   Poses truth;
   Poses estimate;
-  for (int i = 0; i < 4; ++i) {
-    truth.push_back({0.1 * i, pose_of({1.0 * i, i % 2 * 1.0, 0}, {0, 0, 1e-9})});
-    estimate.push_back(truth.back());
+  for (int i = 0; i < 8; ++i) {
+    const double radius = i < 4 ? 1 : 2;
+    const double a = i * std::numbers::pi / 2;
+    const Vec3d at(radius * std::cos(a), radius * std::sin(a), 0);
+    truth.push_back({0.1 * i, pose_of(at, {0, 0, 1e-9})});
+    estimate.push_back({0.1 * i, pose_of(1.1 * at, {0, 0, 1e-9})});
   }
-  const TrajectoryScores same = score_trajectory(estimate, truth);
-  EXPECT_NEAR(same.absolute_m.most, 0, 1e-12);
-  EXPECT_NEAR(same.way_m, 3 * std::sqrt(2.0), 1e-12);
-  EXPECT_EQ(same.absolute_m.count, 4U);
+  const ErrorStatistics errors = score_trajectory(estimate, truth).absolute_m;
+  EXPECT_EQ(errors.count, 8U);
+  EXPECT_NEAR(errors.least, 0.1, 1e-9);
+  EXPECT_NEAR(errors.most, 0.2, 1e-9);
+  EXPECT_NEAR(errors.mean, 0.15, 1e-9);
+  EXPECT_NEAR(errors.median, 0.15, 1e-9);
+  EXPECT_NEAR(errors.standard_deviation, 0.05, 1e-9);
+  EXPECT_NEAR(errors.rmse, std::sqrt(0.025), 1e-9);
 }
 
 TEST(Trajectory, WithoutPartnersThereAreNoScores) {

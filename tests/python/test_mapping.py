@@ -214,7 +214,7 @@ class Cost(unittest.TestCase):
         segments = ["chair"] * int(ids.max())
         frame, seen = pf.Frame(**given), pf.Segmentation(ids, segments, labels=LABELS)
         least = self.least_ms(lambda: mapper.add(frame, seen))
-        self.assertLess(self.least_ms(lambda: mapper.add(segments=(ids, segments), **given)) - least, 0.3)  # .12 on a core that nobody shares
+        self.assertLess(self.least_ms(lambda: mapper.add(segments=(ids, segments), **given)) - least, 0.6)  # .12 on a core that nobody shares
         panoptic = 3000 + ids.astype(np.int32)
         self.assertLess(self.least_ms(lambda: mapper.add(segments=panoptic, **given)) - least, 0.35)
         raw = np.zeros((480, 640), np.uint16)

@@ -4,6 +4,7 @@
 """The Debian packages in a fresh Debian 12 without a compiler: installed, used and removed.
 
 Usage: package_test.py BUILD [PACKAGES]    PACKAGES: a folder of packages that cpack has made; else they are made"""
+import gzip
 import os
 import pathlib
 import re
@@ -68,7 +69,10 @@ def use(debian):
         assert (debian.root / "out" / file).stat().st_size > 0
     assert "libonnxruntime.so.1 => /usr/lib/panoptic" in debian.run("sh", "-c", "ldd /usr/bin/panoptic | sed 's,/usr/bin/../,/usr/,'")
     assert "not found" not in debian.run("ldd", "/usr/bin/panoptic")
-    assert (debian.root / "usr/share/man/man1/panoptic.1.gz").is_file()
+    page = gzip.decompress((debian.root / "usr/share/man/man1/panoptic.1.gz").read_bytes()).decode().replace("\\-", "-")
+    commands = re.findall(r"^  ([a-z][a-z-]*) ", debian.run("panoptic", "--help").partition("Subcommands:")[2].partition("\n\n")[0], re.M)
+    missing = [command for command in commands if f"\n.B {command}\n" not in page]
+    assert "play" in commands and not missing, f"the man page lacks {missing} of {commands}"
     words = debian.run("bash", "-c", "source /usr/share/bash-completion/completions/panoptic; COMP_WORDS=(panoptic ba); COMP_CWORD=1; "
                        "_panoptic; echo ${COMPREPLY[@]}; COMP_WORDS=(panoptic batch --slurm-o); COMP_CWORD=2; _panoptic; echo ${COMPREPLY[@]}")
     assert words.split() == ["batch", "--slurm-option"], words
@@ -99,7 +103,8 @@ def main():
             debian.run("sh", "-c", "apt-get install -y --no-install-recommends ./panoptic_*.deb ./python3-panoptic_*.deb sweethome3d-furniture")
             use(debian)
             debian.run("sh", "-c", "apt-get install -y --no-install-recommends ./libpanoptic-dev_*.deb")
-            assert (debian.root / "usr/include/panoptic/panoptic.h").is_file()
+            for header in ("panoptic/panoptic.h", "ceres/manifold.h", "glog/logging.h"):  # find_package(panoptic) looks for them
+                assert (debian.root / "usr/include" / header).is_file(), header
             debian.run("apt-get", "purge", "-y", *PACKAGES, "sweethome3d-furniture")
             debian.run("apt-get", "autoremove", "-y", "--purge")
             assert debian.run("sh", "-c", "dpkg-query -W -f '${Package}\\n'") == before

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "panoptic/error.h"
 #include "panoptic/parallel.h"
 #include "panoptic/tracking/motion.h"
 #include "tests/tracking/painted_room.h"
@@ -26,6 +27,7 @@ class CameraTracking : public testing::Test {
     if (!pose.is_known()) return pose;
     moved.world_from_camera = pose.world_from_camera;
     EXPECT_TRUE(mapper_.add(moved, {}).used);
+    tracker_.keep(moved);
     return pose;
   }
   static double off_m(const CameraPose& pose, int n) {
@@ -61,6 +63,7 @@ TEST_F(CameraTracking, ACoveredLensLosesItAndASeenPlaceFindsItAgain) {
   const CameraPose lost = tracker_.track(covered, mapper_.map().voxels);
   EXPECT_EQ(lost.state, TrackingState::kLost);
   EXPECT_FALSE(lost.reason.empty());
+  EXPECT_FALSE(tracker_.track(covered, mapper_.map().voxels).reason.empty());  // nor the second one's
   EXPECT_EQ(mapper_.map().voxels.hash(), before);
   const CameraPose again = see(test::room_frame(1, kFrames));  // where it was before
   EXPECT_EQ(again.state, TrackingState::kFoundAgain) << again.reason;
@@ -88,12 +91,34 @@ TEST(CameraTracker, IsTheSameForAnyNumberOfThreads) {
       pose = tracker.track(frame, mapper.map().voxels);
       frame.world_from_camera = pose.world_from_camera;
       EXPECT_TRUE(mapper.add(frame, {}).used);
+      tracker.keep(frame);
     }
     return pose.world_from_camera;
   };
   const Pose one = last_pose(1);
   EXPECT_EQ(one.matrix(), last_pose(3).matrix());
   set_thread_count(0);
+}
+
+TEST(CameraTracker, RefusesWhatIsNoFrameAndWhatAreNoOptions) {
+  const Mapper mapper = test::room_mapper();
+  CameraTracker tracker;
+  Frame frame = test::room_frame(0, kFrames);
+  frame.depth_camera.width = 640;  // its image is 320 wide
+  EXPECT_EQ(tracker.track(frame, mapper.map().voxels).state, TrackingState::kLost);
+  EXPECT_THROW(CameraTracker({.min_depth_m = 0, .max_depth_m = 8, .start = {}}), Error);
+  EXPECT_THROW(CameraTracker({.min_depth_m = 2, .max_depth_m = 1, .start = {}}), Error);
+  Pose skewed = Pose::Identity();
+  skewed.linear()(0, 1) = 0.5;
+  EXPECT_THROW(CameraTracker({.min_depth_m = 0.1F, .max_depth_m = 8, .start = skewed}), Error);
+}
+
+TEST(CameraTracker, AFrameThatIsNotKeptIsForgotten) {
+  const Mapper mapper = test::room_mapper();
+  CameraTracker tracker;
+  EXPECT_EQ(tracker.track(test::room_frame(0, kFrames), mapper.map().voxels).state, TrackingState::kBegun);
+  EXPECT_EQ(tracker.track(test::room_frame(1, kFrames), mapper.map().voxels).state, TrackingState::kBegun);
+  EXPECT_TRUE(tracker.trajectory().empty());
 }
 
 TEST(CameraTracker, BeginsLevelWithZUp) {

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A recording that was mapped before, opened for its images.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "panoptic/source.h"
+
+namespace panoptic {
+
+// Opens what open_dataset does; a recording without poses, whose camera was tracked, is opened too: its frames have the identity
+// then.
+std::unique_ptr<Dataset> open_again(const std::string& recording, const std::filesystem::path& calibration,
+                                    std::optional<double> pair_tolerance_s);
+
+}  // namespace panoptic
