@@ -255,6 +255,9 @@ Options with_swap_folder(Options options, const std::string& output) {
 Options with_log(Options options, const Arguments& arguments, bool is_tracked) {
   if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || is_tracked))
     options.map.log = "reference";
+  if (is_tracked && options.map.log == "none") {
+    throw UsageError("map.log = none: where poses are tracked the map follows when they are corrected, and needs the log for it");
+  }
   return options;
 }
 
@@ -274,6 +277,16 @@ std::vector<PoseUpdates> pose_updates_from(const Arguments& arguments) {
   return arguments.pose_updates.empty() ? std::vector<PoseUpdates>() : read_pose_updates(arguments.pose_updates);
 }
 
+// The facts that are known once it has ended.
+void add_result(RunSummary& summary, const MappingResult& result) {
+  summary.stopped_by = result.stopped_by;
+  summary.complete = result.stopped_by.empty();
+  summary.without_prediction = result.without_prediction;
+  summary.online = result.online;
+  summary.corrections = result.corrections;
+  summary.tracking = result.tracking;
+}
+
 int run(const Arguments& arguments) {
   require_possible(arguments);
   const FrameRange range = frame_range_from(arguments);
@@ -284,9 +297,6 @@ int run(const Arguments& arguments) {
   const OpenedRecording opened = open_to_map(arguments);
   const auto& dataset = opened.dataset;
   const Options placed = with_log(with_swap_folder(options, arguments.output), arguments, opened.is_tracked);
-  if (opened.is_tracked && placed.map.log == "none") {
-    throw UsageError("map.log = none: where poses are tracked the map follows when they are corrected, and needs the log for it");
-  }
   const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options, *dataset);
   Mapper mapper(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;
@@ -323,12 +333,7 @@ int run(const Arguments& arguments) {
   }();
   summary.wall_s = stopwatch.seconds();
   if (result.failure == kOutOfMemory) result.failure = kOutOfMemoryAdvice;
-  summary.stopped_by = result.stopped_by;
-  summary.complete = result.stopped_by.empty();
-  summary.without_prediction = result.without_prediction;
-  summary.online = result.online;
-  summary.corrections = result.corrections;
-  summary.tracking = result.tracking;
+  add_result(summary, result);
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);

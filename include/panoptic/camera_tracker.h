@@ -69,6 +69,8 @@ class CameraTracker {
   ~CameraTracker();
   CameraTracker(CameraTracker&&) noexcept;
   CameraTracker& operator=(CameraTracker&&) noexcept;
+  CameraTracker(const CameraTracker&) = delete;
+  CameraTracker& operator=(const CameraTracker&) = delete;
 
   // The pose of the next frame (its own is not looked at) in the map of all frames before it. A frame that `check` refuses is
   // lost, with that reason.

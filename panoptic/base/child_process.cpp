@@ -131,8 +131,9 @@ void ask_child_to_end(int id) { ::kill(id, SIGTERM); }
 
 void kill_child(int id) { ::kill(id, SIGKILL); }
 
-FolderClaim::FolderClaim(const std::filesystem::path& lock_file, Kind kind) {
-  descriptor_ = beyond_standard(::open(lock_file.c_str(), O_RDWR | O_CREAT, 0666), F_DUPFD);  // children are to have it too
+// Children are to have the descriptor too.
+FolderClaim::FolderClaim(const std::filesystem::path& lock_file, Kind kind)
+    : descriptor_(beyond_standard(::open(lock_file.c_str(), O_RDWR | O_CREAT, 0666), F_DUPFD)) {
   if (descriptor_ < 0) fail(lock_file, errno);
   const int how = (kind == Kind::kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB;
   is_ours_ = ::flock(descriptor_, how) == 0;

@@ -93,7 +93,7 @@ std::string folder_name(const std::string& text) {
 
 std::string name_of(const std::vector<std::string>& words, std::size_t count) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(count, words.size()); ++i) text = i == 0 ? words[i] : words[i] + "_" + text;
+  for (std::size_t i = 0; i < std::min(count, words.size()); ++i) text.insert(0, i == 0 ? words[i] : words[i] + "_");
   return folder_name(text);
 }
 

@@ -89,7 +89,7 @@ float direction(const Patch& patch) {
 }
 
 Descriptor describe(const Patch& patch) {
-  static const std::array<Comparison, kBits> comparisons = draw_comparisons();
+  static const std::array<Comparison, kBits> kComparisons = draw_comparisons();
   const float angle = direction(patch);
   const float c = patch.radius_px * std::cos(angle);
   const float s = patch.radius_px * std::sin(angle);
@@ -98,7 +98,7 @@ Descriptor describe(const Patch& patch) {
   };
   Descriptor descriptor{};
   for (std::size_t i = 0; i < kBits; ++i) {
-    const Comparison& p = comparisons[i];
+    const Comparison& p = kComparisons[i];
     if (value(p.ax, p.ay) < value(p.bx, p.by)) descriptor[i / 64] |= std::uint64_t{1} << i % 64;
   }
   return descriptor;

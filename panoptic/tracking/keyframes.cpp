@@ -20,8 +20,8 @@ constexpr double kLeastCorrelation = 0.7;
 
 // A map of nothing, for alignment by brightness alone.
 const VoxelMap& nothing() {
-  static const VoxelMap map{MapOptions()};
-  return map;
+  static const VoxelMap kNothing{MapOptions()};
+  return kNothing;
 }
 
 struct Candidate {
