@@ -127,6 +127,4 @@ void require_flags_for_networks(const Words& settings) {
   }
 }
 
-bool is_simulated(const std::string& recording) { return recording.starts_with("sim:"); }
-
 }  // namespace panoptic

@@ -37,8 +37,6 @@ void require_apart(const Arguments& arguments, const std::vector<BatchScene>& sc
 // Throws UsageError for networks in --set, which would stand against the shared predictions that are made of them.
 void require_flags_for_networks(const Words& settings);
 
-bool is_simulated(const std::string& recording);
-
 // Parses the options as `panoptic run` will. Throws UsageError.
 Arguments run_arguments(const BatchScene& scene, const std::filesystem::path& folder, const Words& options);
 

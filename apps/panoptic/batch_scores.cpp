@@ -23,11 +23,11 @@ struct Totals {
 void add_scene(const fs::path& folder, const std::string& name, Totals& totals) {
   const fs::path truth = folder / "truth";
   const std::vector<std::string> scenes = scenes_in(folder / "semantic");
-  const std::string& scene = scenes.front();
   if (scenes.size() != 1) {
     throw Error(fmt::format("{}: labels of {} scenes where one is expected; remove {} and run the command again", folder.string(),
                             scenes.size(), folder.parent_path().string()));
   }
+  const std::string& scene = scenes.front();
   totals.semantic.add_semantic(name, read_truth(truth / "semantic", scene, SubmissionForm::kSemantic),
                                read_semantic(folder / "semantic" / (scene + ".txt")));
   const VertexLabels instances = read_truth(truth / "instance", scene, SubmissionForm::kInstance);

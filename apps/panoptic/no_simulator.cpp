@@ -6,9 +6,7 @@
 
 #include "apps/panoptic/commands.h"
 #include "panoptic/error.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/scan_truth.h"
-#include "panoptic/sim/open_again.h"
 #include "panoptic/simulation.h"
 
 namespace panoptic {
@@ -23,15 +21,6 @@ namespace {
 std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, const std::filesystem::path& calibration,
                                       std::optional<double> pair_tolerance_s) {
   return open_recording(path_or_simulation, calibration, pair_tolerance_s);
-}
-
-std::unique_ptr<Dataset> open_again(const std::string& recording, const std::filesystem::path& calibration,
-                                    std::optional<double> pair_tolerance_s) {
-  try {
-    return open_recording(recording, calibration, pair_tolerance_s);
-  } catch (const NoPoses&) {
-    return open_without_poses(recording, calibration, pair_tolerance_s);
-  }
 }
 
 ScanTruth simulated_truth(const std::string& simulation) { needs_simulator(simulation.c_str()); }

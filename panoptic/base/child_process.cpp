@@ -26,7 +26,7 @@ constexpr int kKilledBy = 128;
   throw FileError(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), os::reason(error)));
 }
 
-// Where stdin, stdout or stderr is closed, a new descriptor would get its number, and what a child prints would go there. This
+// If stdin, stdout or stderr is closed, a new descriptor would get its number, and what a child prints would go there. This
 // one has another; `how`: F_DUPFD or F_DUPFD_CLOEXEC. Negative, with errno, if that fails.
 int beyond_standard(int descriptor, int how) {
   if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;

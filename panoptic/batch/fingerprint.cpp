@@ -10,6 +10,7 @@
 
 #include "panoptic/base/child_process.h"
 #include "panoptic/base/files.h"
+#include "panoptic/batch/scene_list.h"
 #include "panoptic/io/recording_list.h"
 
 namespace panoptic {
@@ -35,10 +36,11 @@ std::vector<std::string> stamps_below(const fs::path& path) {
 }  // namespace
 
 void Fingerprint::add(std::string_view text) {
-  constexpr std::uint64_t kPrime = 0x100000001B3U;
-  const auto take = [&](unsigned char byte) { hash_ = (hash_ ^ byte) * kPrime; };
-  for (const char c : fmt::format("{}:", text.size())) take(static_cast<unsigned char>(c));
-  for (const char c : text) take(static_cast<unsigned char>(c));
+  const auto take = [&](std::string_view part) {
+    hash_ = checksum({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()}, hash_);
+  };
+  take(fmt::format("{}:", text.size()));
+  take(text);
 }
 
 void Fingerprint::add_stamps(const fs::path& path) {
@@ -55,7 +57,7 @@ void Fingerprint::add_this_program() { add(read_file(kThisProgram)); }
 std::string Fingerprint::text() const { return fmt::format("{:016x}", hash_); }
 
 void add_recording(Fingerprint& fingerprint, const std::string& recording) {
-  if (recording.starts_with("sim:")) return fingerprint.add(recording);
+  if (is_simulated(recording)) return fingerprint.add(recording);
   fingerprint.add_stamps(recording);
   if (!is_recording_list(recording)) return;
   for (const ListedRecording& listed : read_recording_list(recording)) {

@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "panoptic/mapfile/compression.h"
+
 namespace panoptic {
 
 class Fingerprint {
@@ -23,7 +25,7 @@ class Fingerprint {
   std::string text() const;  // 16 hexadecimal digits
 
  private:
-  std::uint64_t hash_ = 0xCBF29CE484222325U;  // FNV-1a
+  std::uint64_t hash_ = kEmptyChecksum;
 };
 
 // A recording as a batch takes it: "sim:..." by its name, a list of recordings with all that it names, else its files.

@@ -21,8 +21,6 @@ constexpr std::size_t kLongestName = 200;  // of the 255 bytes that file systems
 // The files and folders of the batch itself, beside those of its scenes.
 const std::set<std::string> kOwnNames = {"batch.json", "batch.md", "batch.lock", "scores.json", "scores.csv", "slurm"};
 
-bool is_simulated(const std::string& recording) { return recording.starts_with("sim:"); }
-
 fs::path plain(const fs::path& path) {
   const fs::path normal = fs::absolute(path).lexically_normal();
   return normal.has_filename() ? normal : normal.parent_path();
@@ -143,6 +141,8 @@ void require_good(const fs::path& list, const std::vector<BatchScene>& scenes) {
 }
 
 }  // namespace
+
+bool is_simulated(const std::string& recording) { return recording.starts_with("sim:"); }
 
 SceneList read_scenes(const fs::path& list_or_folder, const std::vector<fs::path>& own) {
   SceneList list;

@@ -15,6 +15,9 @@ struct BatchScene {
   std::string recording;  // absolute path, or "sim:..."
 };
 
+// Whether it is a simulated home, and no path.
+bool is_simulated(const std::string& recording);
+
 struct SceneList {
   std::vector<BatchScene> scenes;
   std::vector<std::string> left_out;  // names in the folder that are no scenes

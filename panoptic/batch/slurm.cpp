@@ -32,7 +32,7 @@ Answer ask(const Words& command, const fs::path& folder) {
   return {ended.exit_code, read_file(said)};
 }
 
-// Where there is no squeue at all, that is the answer.
+// The answer of squeue, or that there is no squeue at all.
 Answer answer_about(const std::string& job, const fs::path& folder) {
   try {
     return ask({"squeue", "--noheader", "--format=%i", "--jobs=" + job}, folder);

@@ -12,7 +12,6 @@
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_text.h"
-#include "panoptic/io/pose_list.h"
 
 namespace panoptic {
 namespace {

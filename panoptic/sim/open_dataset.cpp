@@ -5,9 +5,7 @@
 #include <fmt/format.h>
 
 #include "panoptic/error.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/recording_list.h"
-#include "panoptic/sim/open_again.h"
 #include "panoptic/sim/simulation.h"
 
 namespace panoptic {
@@ -24,15 +22,6 @@ std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, con
     throw Error(fmt::format("{}: a simulated home needs no calibration; leave out {}", path_or_simulation, calibration.string()));
   }
   return std::make_unique<Simulation>(parse_simulation(path_or_simulation));
-}
-
-std::unique_ptr<Dataset> open_again(const std::string& recording, const std::filesystem::path& calibration,
-                                    std::optional<double> pair_tolerance_s) {
-  try {
-    return open_dataset(recording, calibration, pair_tolerance_s);
-  } catch (const NoPoses&) {
-    return open_without_poses(recording, calibration, pair_tolerance_s);
-  }
 }
 
 }  // namespace panoptic

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "panoptic/parallel.h"
+#include "panoptic/tracking/projection.h"
 #include "panoptic/tracking/surface_sampler.h"
 
 namespace panoptic {
@@ -19,15 +20,11 @@ constexpr float kHidden = 0.05F;  // of its depth: a point that lies deeper than
 
 void add(SurfaceSums& a, const SurfaceSums& b) {
   a.sums.add(b.sums);
-  a.readings += b.readings;
-  a.near_surface += b.near_surface;
   a.agreeing += b.agreeing;
-  a.agreeing_squares += b.agreeing_squares;
 }
 
 void add(GreySums& a, const GreySums& b) {
   a.sums.add(b.sums);
-  a.compared += b.compared;
   a.now += b.now;
   a.then += b.then;
   a.now_now += b.now_now;
@@ -60,13 +57,10 @@ void add_surface(SurfaceSums& sums, const DepthPoint& point, const NearSurface& 
   const float sigma_m = depth_noise_m(point.in_camera.z());
   const float weight = robust(surface.distance_m, std::max(wide_m, kSigmas * sigma_m)) / (sigma_m * sigma_m);
   sums.sums.add(with_moment(camera_from_world * surface.normal, point.in_camera), surface.distance_m, weight);
-  ++sums.near_surface;
-  if (std::abs(surface.distance_m) > kSigmas * sigma_m) return;
-  ++sums.agreeing;
-  sums.agreeing_squares += double{surface.distance_m * surface.distance_m};
+  if (std::abs(surface.distance_m) <= kSigmas * sigma_m) ++sums.agreeing;
 }
 
-// Where a frame sees points of another, at one level of its pyramid.
+// The look of one frame at the points of another, at one level of its pyramid.
 struct GreyView {
   const AlignmentTask& task;
   const GreyLevel& level;
@@ -76,8 +70,9 @@ struct GreyView {
   // The reading where a point is expected says that something stands before it, or that it is gone.
   bool is_hidden(const Vec3f& p) const {
     const Camera& c = task.frame.depth_camera;
-    const auto u = static_cast<float>(c.fx) * p.x() / p.z() + static_cast<float>(c.cx) + 0.5F;
-    const auto v = static_cast<float>(c.fy) * p.y() / p.z() + static_cast<float>(c.cy) + 0.5F;
+    const Eigen::Vector2f pixel = project(c, p);
+    const float u = pixel.x() + 0.5F;
+    const float v = pixel.y() + 0.5F;
     if (!(u >= 0 && v >= 0 && u < static_cast<float>(c.width) && v < static_cast<float>(c.height))) return false;
     const float z = task.frame.depth(static_cast<int>(u), static_cast<int>(v));
     return z > 0 && std::abs(z - p.z()) > kHidden * p.z();
@@ -87,12 +82,11 @@ struct GreyView {
     const Vec3f p = camera_from_reference * point.in_camera;
     const Vec3f q = color_from_depth * p;
     if (!(p.z() > task.range.min_m && q.z() > task.range.min_m)) return;
+    const Eigen::Vector2f pixel = project(level.camera, q);
+    if (!is_inside(level.grey, pixel.x(), pixel.y()) || is_hidden(p)) return;
+    const GreySample s = sample(level.grey, pixel.x(), pixel.y());
     const auto fx = static_cast<float>(level.camera.fx);
     const auto fy = static_cast<float>(level.camera.fy);
-    const float u = fx * q.x() / q.z() + static_cast<float>(level.camera.cx);
-    const float v = fy * q.y() / q.z() + static_cast<float>(level.camera.cy);
-    if (!is_inside(level.grey, u, v) || is_hidden(p)) return;
-    const GreySample s = sample(level.grey, u, v);
     const Vec3f by_color(s.right * fx / q.z(), s.down * fy / q.z(),
                          -(s.right * fx * q.x() + s.down * fy * q.y()) / (q.z() * q.z()));
     const Vec3f by_camera = color_from_depth.linear().transpose() * by_color;
@@ -100,7 +94,6 @@ struct GreyView {
     const float residual = s.value - (1 + static_cast<float>(exposure.gain)) * point.grey - static_cast<float>(exposure.offset);
     const float weight = robust(residual, kSigmas * kGreyNoise) / (kGreyNoise * kGreyNoise);
     sums.sums.add({motion[0], motion[1], motion[2], motion[3], motion[4], motion[5], -point.grey, -1}, residual, weight);
-    ++sums.compared;
     const double now = s.value;
     const double then = point.grey;
     sums.now += now;
@@ -118,7 +111,6 @@ SurfaceSums surface_terms(std::span<const DepthPoint> points, const VoxelMap& ma
   return sum_in_parts<SurfaceSums>(points.size(), [&](SurfaceSums& sums, std::size_t begin, std::size_t end) {
     SurfaceSampler sampler(map);
     NearSurface surface;
-    sums.readings += end - begin;
     for (const DepthPoint& point : points.subspan(begin, end - begin)) {
       if (sampler.at(world_from_camera * point.in_camera.cast<double>(), surface)) {
         add_surface(sums, point, surface, camera_from_world, wide_m);
@@ -128,7 +120,7 @@ SurfaceSums surface_terms(std::span<const DepthPoint> points, const VoxelMap& ma
 }
 
 double GreySums::correlation() const {
-  const double n = static_cast<double>(compared);
+  const double n = static_cast<double>(sums.count);
   const double spread = (n * now_now - now * now) * (n * then_then - then * then);
   return spread > 0 ? (n * now_then - now * then) / std::sqrt(spread) : 0;
 }

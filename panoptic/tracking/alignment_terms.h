@@ -16,11 +16,8 @@ namespace panoptic {
 inline float depth_noise_m(float depth_m) { return 0.001F + 0.002F * depth_m * depth_m; }
 
 struct SurfaceSums {
-  LeastSquares<6> sums;
-  std::size_t readings = 0;
-  std::size_t near_surface = 0;
-  std::size_t agreeing = 0;     // within three standard deviations
-  double agreeing_squares = 0;  // of their distances, m^2
+  LeastSquares<6> sums;      // of the points that are near surface
+  std::size_t agreeing = 0;  // of these, within three standard deviations
 };
 
 // Distances of points from the map's surface. One counts less the more it exceeds `wide_m` and three standard deviations.
@@ -33,8 +30,7 @@ struct Exposure {
 };
 
 struct GreySums {
-  LeastSquares<8> sums;  // motion, gain, offset
-  std::size_t compared = 0;
+  LeastSquares<8> sums;  // motion, gain, offset; of the points that are compared
   // For the correlation.
   double now = 0;
   double then = 0;

@@ -89,12 +89,10 @@ class CameraTracker::Parts {
   std::size_t keyframes() const { return keyframes_.size(); }
 
  private:
-  using Pyramid = std::vector<GreyLevel>;
-
   Pose predicted(double time_s) const;
   CameraPose begin(const Frame& frame) const;
-  CameraPose follow(const Frame& frame, const Pyramid& pyramid, const VoxelMap& map);
-  CameraPose find_again(const Frame& frame, const Pyramid& pyramid, const VoxelMap& map);
+  CameraPose follow(const Frame& frame, const VoxelMap& map);
+  CameraPose find_again(const Frame& frame, const VoxelMap& map);
   bool is_keyframe_due(const CameraPose& pose) const;
   void add_keyframe(const Frame& frame);
   void look_for_loops(const Sighting& sighting, std::size_t keyframe);
@@ -107,9 +105,9 @@ class CameraTracker::Parts {
   std::vector<Keyframe> keyframes_;
   std::size_t reference_ = 0;  // the keyframe that frames are compared with
   double compared_share_ = 1;
-  std::size_t lost_ = 0;  // frames since the last one that was known
-  Pyramid pyramid_;       // of the frame that was tracked last,
-  CameraPose pose_;       // and its pose
+  std::size_t lost_ = 0;            // frames since the last one that was known
+  std::vector<GreyLevel> pyramid_;  // of the frame that was tracked last,
+  CameraPose pose_;                 // and its pose
   std::vector<PoseEdge> edges_;
   std::vector<Loop> loops_;
   bool is_corrected_ = false;
@@ -127,9 +125,9 @@ CameraPose CameraTracker::Parts::track(const Frame& frame, const VoxelMap& map) 
   if (frames_.empty()) {
     pose_ = begin(frame);
   } else {
-    if (lost_ < kTriedAgain) pose_ = follow(frame, pyramid_, map);
+    if (lost_ < kTriedAgain) pose_ = follow(frame, map);
     if (!pose_.is_known()) {
-      CameraPose again = find_again(frame, pyramid_, map);
+      CameraPose again = find_again(frame, map);
       if (again.is_known() || pose_.reason.empty()) pose_ = std::move(again);
     }
   }
@@ -139,7 +137,7 @@ CameraPose CameraTracker::Parts::track(const Frame& frame, const VoxelMap& map) 
 
 CameraPose CameraTracker::Parts::begin(const Frame& frame) const {
   CameraPose pose;
-  if (depth_points(frame, range_, std::max(1, frame.depth.width() / 160)).size() < kLeastReadings) {
+  if (depth_points(frame, range_, stride_for(frame, kReadingsAcross)).size() < kLeastReadings) {
     pose.reason = "too few depth readings to begin with";
     return pose;
   }
@@ -149,7 +147,7 @@ CameraPose CameraTracker::Parts::begin(const Frame& frame) const {
   return pose;
 }
 
-// Where the camera is if it goes on moving as between the last two frames.
+// The pose of a camera that goes on moving as between the last two frames.
 Pose CameraTracker::Parts::predicted(double time_s) const {
   const TrackedFrame& last = frames_.back();
   if (frames_.size() < 2) return last.world_from_camera;
@@ -160,28 +158,27 @@ Pose CameraTracker::Parts::predicted(double time_s) const {
   return last.world_from_camera * scaled(before.world_from_camera.inverse() * last.world_from_camera, steps);
 }
 
-CameraPose CameraTracker::Parts::follow(const Frame& frame, const Pyramid& pyramid, const VoxelMap& map) {
-  const AlignmentTask task{frame, pyramid, map, &keyframes_[reference_].grey, range_};
+CameraPose CameraTracker::Parts::follow(const Frame& frame, const VoxelMap& map) {
+  const AlignmentTask task{frame, pyramid_, map, &keyframes_[reference_].grey, range_};
   CameraPose pose;
   for (const Pose& start : {predicted(frame.time_s), frames_.back().world_from_camera}) {
     const Alignment alignment = align(task, start);
     pose.reason = trouble(alignment);
     if (!pose.reason.empty()) continue;
-    const auto points = keyframes_[reference_].grey.levels.empty() ? 0 : keyframes_[reference_].grey.levels.front().size();
-    compared_share_ = points > 0 ? static_cast<double>(alignment.grey_points) / static_cast<double>(points) : 1;
+    compared_share_ = alignment.grey_share;
     return {TrackingState::kTracked, alignment.world_from_camera, "", alignment.agreeing_share, alignment.covariance};
   }
   return pose;
 }
 
-CameraPose CameraTracker::Parts::find_again(const Frame& frame, const Pyramid& pyramid, const VoxelMap& map) {
-  const std::vector<Feature> features = find_features(frame, pyramid, range_);
+CameraPose CameraTracker::Parts::find_again(const Frame& frame, const VoxelMap& map) {
+  const std::vector<Feature> features = find_features(frame, pyramid_, range_);
   constexpr std::size_t kTries = 3;
   CameraPose pose;
   pose.reason = "the place is not recognised";
-  for (const Recognition& found : recognise_among({frame, pyramid, features, range_}, keyframes_, keyframes_.size(), kTries)) {
+  for (const Recognition& found : recognise_among({frame, pyramid_, features, range_}, keyframes_, keyframes_.size(), kTries)) {
     const GreyReference& grey = keyframes_[found.keyframe].grey;
-    const Alignment alignment = align({frame, pyramid, map, &grey, range_}, grey.world_from_camera * found.keyframe_from_frame);
+    const Alignment alignment = align({frame, pyramid_, map, &grey, range_}, grey.world_from_camera * found.keyframe_from_frame);
     if (std::string reason = trouble(alignment); !reason.empty()) {
       pose.reason = std::move(reason);
       continue;

@@ -25,7 +25,7 @@ struct DepthPoint {
 // Every `stride`-th pixel of every `stride`-th row that has a reading, row by row.
 std::vector<DepthPoint> depth_points(const Frame& frame, const DepthLimits& range, int stride);
 
-// Those of them that do not lie at the edge of something: there the sensor measures neither what is in front nor what is behind.
+// The same without those at the edge of something: there the sensor measures neither what is in front nor what is behind.
 std::vector<DepthPoint> smooth_points(const Frame& frame, const DepthLimits& range, int stride);
 
 // Whether the depth around a pixel is that of one surface: no neighbour `stride` away is missing, or deeper or nearer by more

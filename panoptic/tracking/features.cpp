@@ -10,6 +10,9 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "panoptic/tracking/draws.h"
+#include "panoptic/tracking/projection.h"
+
 namespace panoptic {
 namespace {
 
@@ -31,11 +34,8 @@ struct Comparison {
 
 // Pairs of places in the unit disc, drawn once and for all.
 std::array<Comparison, kBits> draw_comparisons() {
-  std::uint64_t state = 1;
-  const auto draw = [&] {  // Knuth's linear congruential generator
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<float>(state >> 40) / static_cast<float>(1U << 23) - 1;
-  };
+  Draws draws(1);
+  const auto draw = [&] { return static_cast<float>(draws.next() >> 40) / static_cast<float>(1U << 23) - 1; };
   const auto place = [&](float& x, float& y) {
     do {
       x = draw();
@@ -113,15 +113,16 @@ std::vector<cv::Point2f> corners(const Image<float>& grey) {
 
 // The point of the depth camera that a colour pixel shows; nothing where the depth is missing or jumps.
 std::optional<Vec3f> point_at(const Frame& frame, const Camera& color, const cv::Point2f& corner, const DepthLimits& range) {
-  // Where the two cameras stand apart the pixel depends on the depth: two looks are enough.
+  // The pixel depends on the depth if the two cameras stand apart: two looks are enough.
   const Pose depth_from_color = frame.color_from_depth.inverse();
   double z = 2;
   for (int look = 0; look < 3; ++look) {
     const Vec3d in_depth = depth_from_color * back_project(color, double{corner.x}, double{corner.y}, z);
     if (!(in_depth.z() > 0)) return std::nullopt;
     const Camera& c = frame.depth_camera;
-    const double u = c.fx * in_depth.x() / in_depth.z() + c.cx + 0.5;
-    const double v = c.fy * in_depth.y() / in_depth.z() + c.cy + 0.5;
+    const Eigen::Vector2d pixel = project(c, in_depth);
+    const double u = pixel.x() + 0.5;
+    const double v = pixel.y() + 0.5;
     if (!(u >= 0 && v >= 0 && u < c.width && v < c.height)) return std::nullopt;
     const int iu = static_cast<int>(u);
     const int iv = static_cast<int>(v);

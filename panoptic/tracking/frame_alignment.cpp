@@ -6,7 +6,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "panoptic/tracking/alignment_terms.h"
 
@@ -23,9 +22,9 @@ struct Pass {
   float wide_m;           // distances from the surface that still count
   int steps;
 };
-constexpr std::array<Pass, kGreyLevels> kPasses = {{{40, 0, 0.05F, 6}, {80, 1, 0.02F, 4}, {160, 2, 0.0F, 3}}};
+constexpr std::array<Pass, kGreyLevels> kPasses = {{{40, 0, 0.05F, 6}, {80, 1, 0.02F, 4}, {kReadingsAcross, 2, 0.0F, 3}}};
 
-// Where neither surface nor brightness holds the camera, it is taken to move as it did: as if that were known to this.
+// A camera that neither surface nor brightness holds is taken to move as it did: as if that were known to this.
 constexpr double kPriorDistance_m = 0.01;
 constexpr double kPriorAngle_rad = 0.01;
 // The readings of a frame share the errors of map and sensor: all together are worth this many independent ones.
@@ -101,43 +100,46 @@ Step step_from(const SurfaceSums& surface, const GreySums& grey, const Vector6d&
 
 std::size_t level_of(const Pass& pass, std::size_t levels) { return levels - 1 - std::min(pass.from_last, levels - 1); }
 
-void judge(Alignment& alignment, const SurfaceSums& surface, const GreySums& grey) {
+void judge(Alignment& alignment, std::size_t readings, const SurfaceSums& surface, const GreySums& grey) {
   const auto share = [](std::size_t part, std::size_t whole) {
     return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
   };
-  alignment.readings = surface.readings;
-  alignment.surface_share = share(surface.near_surface, surface.readings);
-  alignment.agreeing_share = share(surface.agreeing, surface.near_surface);
-  alignment.rms_m = surface.agreeing > 0 ? std::sqrt(surface.agreeing_squares / static_cast<double>(surface.agreeing)) : 0;
-  alignment.grey_points = grey.compared;
+  alignment.readings = readings;
+  alignment.surface_share = share(surface.sums.count, readings);
+  alignment.agreeing_share = share(surface.agreeing, surface.sums.count);
+  alignment.grey_points = grey.sums.count;
   alignment.grey_correlation = grey.correlation();
 }
 
 }  // namespace
 
+int stride_for(const Frame& frame, int readings_across) { return std::max(1, frame.depth.width() / readings_across); }
+
 Alignment align(const AlignmentTask& task, const Pose& start) {
   State state{start, {}};
   Alignment alignment;
+  const bool compares =
+      task.reference != nullptr && !task.pyramid.empty() && task.reference->levels.size() == task.pyramid.size();
   for (const Pass& pass : kPasses) {
-    const std::vector<DepthPoint> points =
-        smooth_points(task.frame, task.range, std::max(1, task.frame.depth.width() / pass.across));
+    const std::vector<DepthPoint> points = smooth_points(task.frame, task.range, stride_for(task.frame, pass.across));
     const double depth_m = typical_depth_m(points);
-    const bool compares =
-        task.reference != nullptr && !task.pyramid.empty() && task.reference->levels.size() == task.pyramid.size();
-    for (int n = 0; n <= pass.steps; ++n) {
+    const int looks = &pass == &kPasses.back() ? pass.steps + 1 : pass.steps;  // the last of all only judges
+    for (int n = 0; n < looks; ++n) {
       const SurfaceSums surface = surface_terms(points, task.map, state.pose, pass.wide_m);
       const GreySums grey =
           compares ? grey_terms(task, level_of(pass, task.pyramid.size()), state.pose, state.exposure) : GreySums();
       const Step step = step_from(surface, grey, motion_of(start.inverse() * state.pose), state.exposure, depth_m);
-      judge(alignment, surface, grey);
+      judge(alignment, points.size(), surface, grey);
       alignment.covariance = step.information.inverse();
-      if (n == pass.steps) break;  // the last look only judges
+      if (n == pass.steps) break;
       state.pose = state.pose * moved_by(step.motion.head<6>());
       state.exposure.gain += step.motion[6];
       state.exposure.offset += step.motion[7];
       if (step.motion.head<3>().norm() + depth_m * step.motion.segment<3>(3).norm() < kConvergedDistance_m) break;
     }
   }
+  const std::size_t all = task.reference == nullptr || task.reference->levels.empty() ? 0 : task.reference->levels.front().size();
+  if (all > 0) alignment.grey_share = static_cast<double>(alignment.grey_points) / static_cast<double>(all);
   state.pose.linear() = Eigen::Quaterniond(state.pose.linear()).normalized().toRotationMatrix();
   alignment.world_from_camera = state.pose;
   return alignment;

@@ -22,15 +22,19 @@ struct AlignmentTask {
   DepthLimits range;
 };
 
+// A frame's finest grid of readings has this many across the image, or all that it has. Both axes have the same stride.
+inline constexpr int kReadingsAcross = 160;
+int stride_for(const Frame& frame, int readings_across);
+
 // A pose, and how well it fits.
 struct Alignment {
   Pose world_from_camera = Pose::Identity();
   std::size_t readings = 0;                    // depth readings that were compared
   double surface_share = 0;                    // of those, the ones near surface of the map
   double agreeing_share = 0;                   // of these, the ones that lie on it as well as the sensor can tell
-  double rms_m = 0;                            // distance of these from the surface
   double grey_correlation = 0;                 // of the brightness with the reference's; 0 if nothing was compared
-  std::size_t grey_points = 0;                 // compared
+  std::size_t grey_points = 0;                 // of the reference that were compared
+  double grey_share = 1;                       // of all of its points; 1 if it has none
   Matrix6d covariance = Matrix6d::Identity();  // of the motion (motion.h) that the pose may be off by
 };
 

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+
+#include "panoptic/tracking/projection.h"
 
 namespace panoptic {
 namespace {
@@ -24,17 +27,16 @@ std::vector<Candidate> candidates(const Frame& frame, const GreyLevel& level, co
     if (!is_smooth(frame.depth, p.u, p.v, std::max(2, stride / 2))) continue;
     const Vec3d in_color = color_from_depth * p.in_camera.cast<double>();
     if (!(in_color.z() > 0)) continue;
-    const auto u = static_cast<float>(level.camera.fx * in_color.x() / in_color.z() + level.camera.cx);
-    const auto v = static_cast<float>(level.camera.fy * in_color.y() / in_color.z() + level.camera.cy);
-    if (!is_inside(level.grey, u, v)) continue;
-    const GreySample s = sample(level.grey, u, v);
+    const Eigen::Vector2f pixel = project(level.camera, in_color).cast<float>();
+    if (!is_inside(level.grey, pixel.x(), pixel.y())) continue;
+    const GreySample s = sample(level.grey, pixel.x(), pixel.y());
     const float gradient = std::hypot(s.right, s.down);
     if (gradient >= kLeastGradient) found.push_back({{p.in_camera, s.value}, gradient});
   }
   return found;
 }
 
-// Those with the largest gradients, in the order of their pixels.
+// The points with the largest gradients, in the order of their pixels.
 std::vector<GreyPoint> strongest(const std::vector<Candidate>& candidates) {
   float least = 0;
   if (candidates.size() > kMostPoints) {

@@ -6,7 +6,6 @@
 
 #include "panoptic/options.h"
 #include "panoptic/parallel.h"
-#include "panoptic/tracking/alignment_terms.h"
 #include "panoptic/tracking/rigid_fit.h"
 
 namespace panoptic {
@@ -35,11 +34,9 @@ std::optional<Recognition> confirmed(const Sighting& sighting, const Candidate& 
   reference.world_from_camera = Pose::Identity();
   const AlignmentTask task{sighting.frame, sighting.pyramid, nothing(), &reference, sighting.range};
   const Alignment alignment = align(task, candidate.fit.a_from_b);
-  const std::size_t points = reference.levels.empty() ? 0 : reference.levels.front().size();
-  const bool is_seen = alignment.grey_points >= kLeastCompared &&
-                       static_cast<double>(alignment.grey_points) >= kLeastComparedShare * static_cast<double>(points);
+  const bool is_seen = alignment.grey_points >= kLeastCompared && alignment.grey_share >= kLeastComparedShare;
   if (!is_seen || alignment.grey_correlation < kLeastCorrelation) return std::nullopt;
-  return Recognition{candidate.keyframe, alignment.world_from_camera, alignment.grey_correlation};
+  return Recognition{candidate.keyframe, alignment.world_from_camera};
 }
 
 bool is_worth_a_look(const RigidFit& fit, std::size_t matches) {

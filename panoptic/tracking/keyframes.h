@@ -33,7 +33,6 @@ struct Sighting {
 struct Recognition {
   std::size_t keyframe = 0;
   Pose keyframe_from_frame = Pose::Identity();
-  double correlation = 0;
 };
 
 // The keyframes among the first `count` that show what the frame shows, at most `most`, those with the most features in common

@@ -3,9 +3,9 @@
 #include "panoptic/tracking/rigid_fit.h"
 
 #include <array>
-#include <cstdint>
 
 #include "panoptic/tracking/alignment_terms.h"
+#include "panoptic/tracking/draws.h"
 
 namespace panoptic {
 namespace {
@@ -69,11 +69,8 @@ RigidFit fit_rigid(const std::vector<Feature>& a, const std::vector<Feature>& b,
   RigidFit best;
   if (matches.size() < kSample) return best;
   const Matched points{a, b};
-  std::uint64_t state = matches.size();
-  const auto draw = [&] {
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<std::size_t>((state >> 33) % matches.size());
-  };
+  Draws draws(matches.size());
+  const auto draw = [&] { return static_cast<std::size_t>((draws.next() >> 33) % matches.size()); };
   std::vector<FeatureMatch> inliers;
   for (int n = 0; n < kDraws; ++n) {
     std::vector<FeatureMatch> sample;
