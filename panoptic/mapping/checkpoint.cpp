@@ -184,6 +184,11 @@ void Checkpoints::resume(const RunIdentity& identity, Mapper& mapper) {
   }
   was_complete_ = is_complete(saved);
   MapperState state = mapper_state(saved, resumed_frames_, load_log(settings_.path));
+  const std::optional<SpaceView>& last_view = saved.map.free_space.last_view();
+  if (last_view && last_view->time >= state.frames.used()) {
+    throw Error(fmt::format("{} lacks frames that its free space was seen from; the file is damaged: use another copy",
+                            settings_.path.string()));
+  }
   writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
   saved_epoch_ = saved.map.voxels.epoch();
   mapper.parts().restore(std::move(saved.map), std::move(state));
