@@ -34,7 +34,8 @@ void add_threads(CLI::App& app, Arguments& a) {
 void add_recording(CLI::App& app, Arguments& a) {
   app.add_option("dataset", a.dataset,
                  "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder;\n"
-                 "a list of recordings, LIST.toml, to map them as one; or a simulated home: sim:SEED[,rooms=R,frames=F,noise=P]")
+                 "a list of recordings, LIST.toml, to map them as one; or a simulated home: "
+                 "sim:SEED[,rooms=R,frames=F,noise=P,\ndynamics=D]")
       ->required();
   constexpr double kLongest_s = 1e6;
   app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, lens, depth scale and the colour camera");
@@ -69,6 +70,7 @@ void add_simulation(CLI::App& app, Arguments& a) {
   app.add_option("--frames", a.frame_count, "frames of the recording; default: as the way takes at 30 Hz")
       ->check(CLI::Range(1, kMostFrames));
   app.add_option("--noise", a.noise, "sensor and tracker: none, kinect (default), drift, harsh");
+  app.add_option("--dynamics", a.dynamics, "what moves: static (default), people, changes (furniture and doors), busy (both)");
   app.add_option("--predictions", a.predictions, "what networks give: oracle, good, maskrcnn (default), poor, or none");
   app.add_option("--config", a.config, "TOML file of options; DIR/simulation.toml of an earlier simulation is one");
   app.add_option("--set", a.settings, "one option, key=value, as in simulation.toml; may be repeated");
@@ -92,6 +94,11 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("--csv", a.csv, "write the scores per class to this file");
   app.add_option("--write-submission", a.submission,
                  "write the labels as the ScanNet server takes them, and the truth, to this folder");
+  CLI::Option* changes =
+      app.add_flag("--changes", a.changes,
+                   "score too what the run says is gone, new and moved, and ghosts; --gt is a scan of simulate --dynamics");
+  app.add_option("--moving", a.moving, "with --changes: score the masks in this folder, written by run --write-moving")
+      ->needs(changes);
   app.add_option("--category-map", a.category_map, "scannetv2-labels.combined.tsv; default: beside the scan, else NYU40's names");
   app.add_option("--id-space", a.id_space,
                  "how --pred numbers classes: nyu40 (default), scannet20 (1 to 20 in the benchmark's order), train (0 to 19)");

@@ -63,6 +63,7 @@ struct Arguments {
   std::optional<int> rooms;
   std::optional<int> frame_count;
   std::optional<std::string> noise;
+  std::optional<std::string> dynamics;
   std::string contact_sheet;
   // eval
   std::string evaluated;  // folder of a run, or "semantic", "instance", "panoptic": the form of `predictions`
@@ -70,6 +71,8 @@ struct Arguments {
   std::string json;
   std::string csv;
   std::string submission;
+  bool changes = false;
+  std::string moving;
   std::string category_map;
   std::string id_space = "nyu40";
   std::string variant = "pq-scannet20";
