@@ -101,7 +101,7 @@ Eigen::AlignedBox3d box_of(const std::vector<Vec3f>& points) {
   return box;
 }
 
-// What the run says of a world that moves.
+// Scores what the run says of a world that moves.
 ChangeScores evaluate_changes(const Arguments& a, const std::optional<SurfaceScores>& surface) {
   const fs::path scan = a.truth;
   const DynamicsTruth truth = read_dynamics(scan / kDynamicsFile);

@@ -124,6 +124,7 @@ std::vector<Limb> person(const Body& body, const BodyPose& pose) {
     const Vec3d out(side * h, 0, 0);
     b.add(legs.pelvis + out + Vec3d(0, 0, 0.05 * h), neck + 1.2 * out + Vec3d(0, 0, -0.07 * h), 0.06 * h, body.shirt);
   }
+  b.add(legs.pelvis + Vec3d(0, 0, 0.04 * h), neck + Vec3d(0, 0, -0.06 * h), 0.066 * h, body.shirt);
   b.add(neck + Vec3d(-0.1 * h, 0, -0.045 * h), neck + Vec3d(0.1 * h, 0, -0.045 * h), 0.045 * h, body.shirt);
   add_arms(body, pose, legs, neck, b);
   const Vec3d head = neck + Vec3d(0, 0.012 * h, 0.078 * h);

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "panoptic/parallel.h"
+#include "panoptic/sim/moving_home.h"
 #include "panoptic/sim/sensor_noise.h"
 #include "panoptic/sim/surfaces.h"
 #include "panoptic/sim/view_log.h"
-#include "panoptic/sim/world.h"
 
 namespace panoptic {
 namespace {
@@ -64,7 +64,7 @@ PlaceViews views_of(const std::vector<std::uint8_t>& shown, std::size_t change_f
 }
 
 // Per frame, whether enough is to be seen of each of these objects, there or not.
-std::map<std::uint32_t, std::vector<std::uint8_t>> shown_frames(const World& world, const Renderer& renderer,
+std::map<std::uint32_t, std::vector<std::uint8_t>> shown_frames(const MovingHome& world, const Renderer& renderer,
                                                                 const Camera& camera, const std::vector<std::uint32_t>& objects) {
   constexpr auto kEnough_px = static_cast<int>(kEnoughOfPicture * kWidth * kHeight);
   const Camera small = resized(camera, kWidth, kHeight);
@@ -84,7 +84,7 @@ std::map<std::uint32_t, std::vector<std::uint8_t>> shown_frames(const World& wor
   return by_object;
 }
 
-void add_changes(const World& world, const Renderer& renderer, const Camera& camera, const LabelSet& labels,
+void add_changes(const MovingHome& world, const Renderer& renderer, const Camera& camera, const LabelSet& labels,
                  DynamicsTruth& truth) {
   std::vector<std::uint32_t> objects;
   for (const Change& change : world.changes) {
@@ -112,7 +112,7 @@ void add_changes(const World& world, const Renderer& renderer, const Camera& cam
   }
 }
 
-void add_things(const World& world, const LabelSet& labels, DynamicsTruth& truth) {
+void add_things(const MovingHome& world, const LabelSet& labels, DynamicsTruth& truth) {
   const Scene& scene = world.home.scene;
   std::map<std::uint16_t, std::size_t> thing_of;
   for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
@@ -151,7 +151,8 @@ const char* name_of(Activity activity) {
 
 }  // namespace
 
-DynamicsTruth dynamics_truth(const World& world, const Renderer& renderer, const Camera& camera, const std::string& dynamics) {
+DynamicsTruth dynamics_truth(const MovingHome& world, const Renderer& renderer, const Camera& camera,
+                             const std::string& dynamics) {
   const LabelSet labels = labels_of(world);
   DynamicsTruth truth;
   truth.dynamics = dynamics;

@@ -23,6 +23,7 @@ constexpr double kFromCamera_m = 0.8;  // nobody wants to be nearer to who films
 constexpr double kFromOthers_m = 0.7;
 constexpr int kTries = 30;            // next activities that are thought of
 constexpr double kAfter_s = 4;        // a place must stay free for so long after the activity
+constexpr double kSqueeze_m = 0.2;    // legs pass between a sofa and its table
 constexpr double kFeet_m = 0.45;      // who sits has the feet so far before the body
 constexpr double kNearCamera = 0.65;  // share of ways that lead to the room that is being filmed: else nobody would be seen
 
@@ -103,7 +104,7 @@ class MoverPlan {
       for (double ahead_m = kFeet_m; ahead_m < kFeet_m + 0.4; ahead_m += 0.05) {
         const Eigen::Vector2d feet = seat.position.head<2>() + ahead_m * seat.facing;
         const int cell = clearance_.cell_at(feet);
-        if (clearance_[cell] < body_m_ + 0.01) continue;
+        if (clearance_[cell] < kSqueeze_m) continue;
         // Whoever cannot put the feet near sits on the edge.
         const Eigen::Vector2d at = clearance_.middle(cell) - std::min(ahead_m, kFeet_m + 0.08) * seat.facing;
         free.push_back({cell, {at.x(), at.y(), seat.position.z()}, std::atan2(seat.facing.y(), seat.facing.x())});
@@ -133,6 +134,23 @@ class MoverPlan {
     return free.empty() ? std::nullopt : std::optional(random.pick(free));
   }
 
+  // Squeezes in between a seat and what stands before it, sits, and comes out again.
+  bool sit(const FreeSeat& seat, double speed, double seconds, MoverTrack& track) const {
+    const WaysFrom ways = ways_from(clearance_, clearance_.cell_at(track.poses.back().at), kSqueeze_m);
+    if (!std::isfinite(ways.cost[static_cast<std::size_t>(seat.cell)])) return false;
+    std::vector<Eigen::Vector2d> way = smooth_way(clearance_, ways, seat.cell, kSqueeze_m, kStep_m);
+    track.walk(way, speed);
+    track.turn_to(seat.heading);
+    track.sit(seat.position, seconds);
+    std::reverse(way.begin(), way.end());
+    const auto open = std::find_if(
+        way.begin(), way.end(), [&](const Eigen::Vector2d& at) { return clearance_[clearance_.cell_at(at)] > body_m_ + 0.04; });
+    if (open == way.end()) return false;
+    way.erase(open + 1, way.end());
+    track.walk(way, speed);
+    return true;
+  }
+
   // One thing to do next; false if it leads nowhere.
   bool think(const Mover& mover, const std::vector<FreeSeat>& free, const WaysFrom& ways, Random& random,
              MoverTrack& track) const {
@@ -142,14 +160,12 @@ class MoverPlan {
     const auto seat = random.chance(0.35) ? choose_seat(free, soon, random) : std::nullopt;
     const bool is_near = random.chance(kNearCamera);
     const auto room = is_near ? room_of_camera(soon) : static_cast<std::uint32_t>(random.index(home_.rooms.size()));
-    const auto cell = seat ? std::optional(seat->cell) : spot(room, random);
+    const double seconds = random.uniform(1, 7);
+    if (seat) return sit(*seat, speed, 2 * seconds, track);
+    const auto cell = spot(room, random);
     if (!cell || !std::isfinite(ways.cost[static_cast<std::size_t>(*cell)])) return false;
     track.walk(smooth_way(clearance_, ways, *cell, body_m_, kStep_m), speed);
-    const double seconds = random.uniform(1, 7);
-    if (seat) {
-      track.turn_to(seat->heading);
-      track.sit(seat->position, 2 * seconds);
-    } else if (!is_person && random.chance(0.4)) {
+    if (!is_person && random.chance(0.4)) {
       track.lie(seconds);
     } else {
       track.stand(seconds);
@@ -157,7 +173,7 @@ class MoverPlan {
     return true;
   }
 
-  // Of several ideas the first that keeps clear of everybody, else the one that keeps clearest.
+  // Takes the first of several ideas that keeps clear of everybody, else the one that keeps clearest.
   void next(const Mover& mover, const std::vector<FreeSeat>& free, Random& random, MoverTrack& track) const {
     const std::size_t begin = track.poses.size();
     const WaysFrom ways = ways_from(clearance_, clearance_.cell_at(track.poses.back().at), body_m_);

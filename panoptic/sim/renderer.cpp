@@ -88,9 +88,9 @@ std::vector<std::uint32_t> present_triangles(const Surfaces& surfaces, const Pre
 }  // namespace
 
 struct Renderer::State {
-  // What can be hit and how it is lit while certain objects are there.
-  struct World {
-    World(const Scene& scene, const Surfaces& surfaces, std::vector<std::uint32_t> chosen, const std::vector<Vec3f>& albedos)
+  // The surfaces that can be hit, and how they are lit, while certain objects are there.
+  struct Furnished {
+    Furnished(const Scene& scene, const Surfaces& surfaces, std::vector<std::uint32_t> chosen, const std::vector<Vec3f>& albedos)
         : tracer(surfaces, std::move(chosen)), lighting(scene, surfaces, tracer, albedos) {}
 
     RayTracer tracer;
@@ -99,15 +99,15 @@ struct Renderer::State {
 
   State(const Scene& scene_in, const std::vector<Presence>& presences);
 
-  const World& world(std::size_t presence) const {
+  const Furnished& world(std::size_t presence) const {
     PANOPTIC_ASSERT(presence < worlds.size());
     return *worlds[presence];
   }
   bool everything_stays() const { return worlds.size() == 1; }
-  void render_tile(const World& world, const PixelRays& pixels, const Eigen::Vector2i& at, Rendering& into) const;
-  void paint(const World& world, const FigureLayer& layer, const std::vector<Figure>& figures, const PixelRays& pixels,
+  void render_tile(const Furnished& world, const PixelRays& pixels, const Eigen::Vector2i& at, Rendering& into) const;
+  void paint(const Furnished& world, const FigureLayer& layer, const std::vector<Figure>& figures, const PixelRays& pixels,
              Rendering& into) const;
-  Vec3f color_at(const World& world, std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind,
+  Vec3f color_at(const Furnished& world, std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind,
                  float footprint_m) const;
 
   const Scene& scene;
@@ -116,7 +116,7 @@ struct Renderer::State {
   std::vector<Paint> paints;     // per material
   std::vector<Vec3f> normals;    // per triangle, unit length
   std::vector<float> densities;  // per triangle, texels per metre
-  std::vector<std::unique_ptr<World>> worlds;
+  std::vector<std::unique_ptr<Furnished>> worlds;
   Presence stays;  // per object: it is there at the end
 
  private:
@@ -152,7 +152,7 @@ Renderer::State::State(const Scene& scene_in, const std::vector<Presence>& prese
   const std::vector<Vec3f> albedo = albedos();
   for (const Presence& presence : presences) {
     PANOPTIC_ASSERT(presence.size() == scene.objects.size());
-    worlds.push_back(std::make_unique<World>(scene, surfaces, present_triangles(surfaces, presence), albedo));
+    worlds.push_back(std::make_unique<Furnished>(scene, surfaces, present_triangles(surfaces, presence), albedo));
   }
 }
 
@@ -169,7 +169,7 @@ void Renderer::State::measure_triangles() {
   }
 }
 
-Vec3f Renderer::State::color_at(const World& world, std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind,
+Vec3f Renderer::State::color_at(const Furnished& world, std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind,
                                 float footprint_m) const {
   const SurfaceOrigin& origin = surfaces.origins[triangle];
   const SceneModel& model = scene.models[scene.objects[origin.object].model];
@@ -183,7 +183,8 @@ Vec3f Renderer::State::color_at(const World& world, std::uint32_t triangle, cons
   return color.cwiseProduct(world.lighting.at(triangle, uv.x(), uv.y(), from_behind ? LitSide::kBack : LitSide::kFront));
 }
 
-void Renderer::State::render_tile(const World& world, const PixelRays& pixels, const Eigen::Vector2i& at, Rendering& into) const {
+void Renderer::State::render_tile(const Furnished& world, const PixelRays& pixels, const Eigen::Vector2i& at,
+                                  Rendering& into) const {
   const int u0 = at.x();
   const int v0 = at.y();
   const RayPacket rays = packet_at(pixels, u0, v0);
@@ -213,7 +214,7 @@ void Renderer::State::render_tile(const World& world, const PixelRays& pixels, c
   }
 }
 
-void Renderer::State::paint(const World& world, const FigureLayer& layer, const std::vector<Figure>& figures,
+void Renderer::State::paint(const Furnished& world, const FigureLayer& layer, const std::vector<Figure>& figures,
                             const PixelRays& pixels, Rendering& into) const {
   std::vector<FigureLight> lights;
   for (const Figure& figure : figures) lights.emplace_back(figure, scene, world.tracer);
@@ -249,7 +250,7 @@ Rendering Renderer::render(const Camera& camera, const Pose& world_from_camera, 
   Rendering rendering{Image<float>(width, height), Image<Rgb>(width, height), Image<ClassId>(width, height),
                       Image<std::uint16_t>(width, height), Image<float>(width, height)};
   if (!state_->everything_stays() || !moment.figures.empty()) rendering.fate = Image<Fate>(width, height);
-  const State::World& world = state_->world(moment.presence);
+  const State::Furnished& world = state_->world(moment.presence);
   const PixelRays pixels(camera, world_from_camera);
   const auto bands = static_cast<std::size_t>((height + kTileHeight - 1) / kTileHeight);
   parallel_for(bands, [&](std::size_t band) {
@@ -264,7 +265,7 @@ Rendering Renderer::render(const Camera& camera, const Pose& world_from_camera, 
 
 Glance Renderer::look(const Camera& camera, const Pose& world_from_camera, std::size_t presence) const {
   const PixelRays pixels(camera, world_from_camera);
-  const State::World& world = state_->world(presence);
+  const State::Furnished& world = state_->world(presence);
   Glance glance{Image<float>(camera.width, camera.height), Image<std::uint32_t>(camera.width, camera.height)};
   PacketHits hits{};
   for (int v0 = 0; v0 < camera.height; v0 += kTileHeight) {

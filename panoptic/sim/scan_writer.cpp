@@ -42,7 +42,7 @@ std::vector<std::uint8_t> instance_png(const Image<std::uint16_t>& instance, std
   return encode_png(image);
 }
 
-std::uint16_t highest_instance(const World& world) {
+std::uint16_t highest_instance(const MovingHome& world) {
   std::uint16_t highest = 0;
   for (const SceneObject& object : world.home.scene.objects) highest = std::max(highest, object.instance);
   for (const Mover& mover : world.movers) highest = std::max(highest, mover.instance);

@@ -42,14 +42,15 @@ struct Simulation::State {
   explicit State(const SimulationOptions& options_in)
       : options(checked(options_in)),
         noise(sensor_noise_preset(options.noise)),
-        world(make_world({{options.seed, options.rooms}, options.frames, dynamics_of(options.dynamics)}, Catalogue(), kCamera)),
+        world(make_moving_home({{options.seed, options.rooms}, options.frames, dynamics_of(options.dynamics)}, Catalogue(),
+                               kCamera)),
         tracked_path(with_drift(noise, options.seed, world.path)),
         labels(labels_of(world)),
         renderer(world.home.scene, world.presences) {}
 
   SimulationOptions options;
   SensorNoise noise;
-  World world;
+  MovingHome world;
   std::vector<Pose> tracked_path;
   LabelSet labels;
   Renderer renderer;
@@ -106,7 +107,7 @@ SimulatedFrame Simulation::simulate(std::size_t position) const {
 
 const SimulationOptions& Simulation::options() const { return state_->options; }
 const Home& Simulation::home() const { return state_->world.home; }
-const World& Simulation::world() const { return state_->world; }
+const MovingHome& Simulation::world() const { return state_->world; }
 bool Simulation::moves() const { return dynamics_of(state_->options.dynamics) != Dynamics::kStatic; }
 const LabelSet& Simulation::labels() const { return state_->labels; }
 const Renderer& Simulation::renderer() const { return state_->renderer; }

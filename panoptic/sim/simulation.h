@@ -13,9 +13,9 @@
 #include "panoptic/labels.h"
 #include "panoptic/scan_truth.h"
 #include "panoptic/sim/home.h"
+#include "panoptic/sim/moving_home.h"
 #include "panoptic/sim/renderer.h"
 #include "panoptic/sim/sensor_noise.h"
-#include "panoptic/sim/world.h"
 #include "panoptic/source.h"
 
 namespace panoptic {
@@ -53,7 +53,7 @@ class Simulation : public Dataset {
 
   const SimulationOptions& options() const;
   const Home& home() const;  // with every thing in each of its places, if some are moved
-  const World& world() const;
+  const MovingHome& world() const;
   bool moves() const;                          // false: the dynamics are "static"
   const std::vector<Pose>& true_path() const;  // world_from_camera of every frame
   const LabelSet& labels() const;              // of the classes that frames show

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a camera on its way sees of the things of a scene, in small pictures of some of its frames.
+// The things of a scene that a camera sees on its way, in small pictures of some of its frames.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace panoptic {
 
-// What is farther than this does not count as shown: depth cameras see little there.
+// A surface that is farther than this does not count as shown: depth cameras see little there.
 constexpr double kShown_m = 4;
-// So much of the picture shows enough of a thing: a chair at three metres covers two hundredths.
+// A share of the picture that shows enough of a thing: a chair at three metres covers two hundredths.
 constexpr double kEnoughOfPicture = 0.008;
 
 // A picture of one frame.
@@ -35,8 +35,8 @@ class ViewLog {
   const std::vector<SmallView>& views() const { return views_; }
   int enough_px() const;
 
-  // Of 27 points of the box, those that the view sees: at all, and near enough to count as shown. What stands there hides the
-  // points behind its surface, but not those on it.
+  // How many of 27 points of the box the view sees: at all, and near enough to count as shown. A thing that stands there hides
+  // the points behind its surface, but not those on it.
   struct Points {
     int seen = 0;
     int near = 0;

@@ -26,7 +26,7 @@ PlaceChange gone(const std::string& name, const Eigen::AlignedBox3d& box, bool c
   return {name, box, std::nullopt, counts};
 }
 
-// As the definition says it: again and again the nearest pair that is left.
+// Follows the definition: again and again the nearest pair that is left.
 ChangeCounts naive_counts(std::vector<PlaceChange> truths, const std::vector<PlaceChange>& claims, bool any_class) {
   const auto fits = [&](const PlaceChange& t, const PlaceChange& c) {
     const Vec3d middle = c.old_box->center();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/sim/world.h"
+#include "panoptic/sim/moving_home.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kPurpose = 0x64796e61;
 
-void make_presences(World& world) {
+void make_presences(MovingHome& world) {
   std::set<std::size_t> starts;
   Presence presence(world.home.scene.objects.size(), 1);
   for (const Change& change : world.changes) {
@@ -44,7 +44,7 @@ std::uint16_t highest_instance(const Scene& scene) {
   return highest;
 }
 
-void add_movers(const HomeOptions& home, World& world) {
+void add_movers(const HomeOptions& home, MovingHome& world) {
   Random random(home.seed, kPurpose);
   MoverOptions options;
   options.seed = home.seed;
@@ -76,20 +76,20 @@ Dynamics dynamics_of(const std::string& name) {
   return static_cast<Dynamics>(found - names.begin());
 }
 
-std::size_t World::presence_at(std::size_t frame) const {
+std::size_t MovingHome::presence_at(std::size_t frame) const {
   return static_cast<std::size_t>(std::upper_bound(starts.begin(), starts.end(), frame) - starts.begin());
 }
 
-std::vector<Figure> World::figures_at(std::size_t frame) const {
+std::vector<Figure> MovingHome::figures_at(std::size_t frame) const {
   std::vector<Figure> figures;
   for (const Mover& mover : movers) figures.push_back(mover.figure_at(frame));
   return figures;
 }
 
-World make_world(const WorldOptions& options, const Catalogue& catalogue, const Camera& camera) {
+MovingHome make_moving_home(const MovingHomeOptions& options, const Catalogue& catalogue, const Camera& camera) {
   const bool has_changes = options.dynamics == Dynamics::kChanges || options.dynamics == Dynamics::kBusy;
   const bool has_people = options.dynamics == Dynamics::kPeople || options.dynamics == Dynamics::kBusy;
-  World world;
+  MovingHome world;
   world.home = make_home(options.home, catalogue);
   world.path = make_camera_path(world.home, {options.home.seed, options.frames, has_changes ? 2 : 1});
   if (has_changes) world.changes = plan_changes(options.home.seed, world.path, camera, world.home);
@@ -98,7 +98,7 @@ World make_world(const WorldOptions& options, const Catalogue& catalogue, const 
   return world;
 }
 
-Home final_home(const World& world) {
+Home final_home(const MovingHome& world) {
   Home home;
   home.rooms = world.home.rooms;
   home.doorways = world.home.doorways;
@@ -112,7 +112,7 @@ Home final_home(const World& world) {
   return home;
 }
 
-LabelSet labels_of(const World& world) {
+LabelSet labels_of(const MovingHome& world) {
   LabelSet labels = load_label_set("scannet20");
   if (world.movers.empty()) return labels;
   std::vector<LabelClass> classes = labels.classes();

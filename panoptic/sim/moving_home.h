@@ -24,13 +24,13 @@ const std::vector<std::string>& dynamics_names();
 // Throws Error listing the names if there is none such.
 Dynamics dynamics_of(const std::string& name);
 
-struct WorldOptions {
+struct MovingHomeOptions {
   HomeOptions home;
   int frames = 0;  // 0 = as many as the way takes at 30 Hz
   Dynamics dynamics = Dynamics::kStatic;
 };
 
-struct World {
+struct MovingHome {
   Home home;  // with every thing in each of its places
   std::vector<Pose> path;
   std::vector<Change> changes;      // in order of time
@@ -43,15 +43,16 @@ struct World {
 };
 
 // With changes the camera walks its way twice: else nobody could see them.
-World make_world(const WorldOptions& options, const Catalogue& catalogue, const Camera& camera);
+MovingHome make_moving_home(const MovingHomeOptions& options, const Catalogue& catalogue, const Camera& camera);
 
 // The home as it is at the end; without textures.
-Home final_home(const World& world);
+Home final_home(const MovingHome& world);
 
 // The class set of the home's scene: that of scannet20, and people, cats and dogs if there are any.
-LabelSet labels_of(const World& world);
+LabelSet labels_of(const MovingHome& world);
 
 // Looks at the world along the whole way.
-DynamicsTruth dynamics_truth(const World& world, const Renderer& renderer, const Camera& camera, const std::string& dynamics);
+DynamicsTruth dynamics_truth(const MovingHome& world, const Renderer& renderer, const Camera& camera,
+                             const std::string& dynamics);
 
 }  // namespace panoptic
