@@ -20,7 +20,6 @@ namespace {
 
 constexpr double kCell_m = 0.2;
 constexpr double kKnown_s = 1;
-constexpr int kRay_px = 8;  // cells are much larger
 constexpr double kRayStep_m = 0.15;
 constexpr double kFarthest_m = 5;  // beyond it cameras measure little
 constexpr int kPixelStep = 2;
@@ -77,8 +76,10 @@ std::optional<std::size_t> FirstSeen::cell_at(const Vec3d& world_point) const {
 }
 
 void FirstSeen::look(const Frame& frame) {
-  for (int v = kRay_px / 2; v < frame.depth.height(); v += kRay_px) {
-    for (int u = kRay_px / 2; u < frame.depth.width(); u += kRay_px) {
+  // Rays are half a cell apart where they are farthest.
+  const int step_px = std::max(1, static_cast<int>(kCell_m / 2 * frame.depth_camera.fx / kFarthest_m));
+  for (int v = step_px / 2; v < frame.depth.height(); v += step_px) {
+    for (int u = step_px / 2; u < frame.depth.width(); u += step_px) {
       const auto depth_m = static_cast<double>(frame.depth(u, v));
       if (!(depth_m > 0)) continue;
       const double end_m = std::min(depth_m, kFarthest_m);
