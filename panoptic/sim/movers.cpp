@@ -23,7 +23,7 @@ constexpr double kFromCamera_m = 0.8;  // nobody wants to be nearer to who films
 constexpr double kFromOthers_m = 0.7;
 constexpr int kTries = 30;            // next activities that are thought of
 constexpr double kAfter_s = 4;        // a place must stay free for so long after the activity
-constexpr double kSqueeze_m = 0.2;    // legs pass between a sofa and its table
+constexpr double kSqueeze_m = 0.15;   // legs pass between a sofa and its table
 constexpr double kFeet_m = 0.45;      // who sits has the feet so far before the body
 constexpr double kNearCamera = 0.65;  // share of ways that lead to the room that is being filmed: else nobody would be seen
 

@@ -62,7 +62,7 @@ TEST(MovingHome, NobodyWalksThroughFurniture) {
   for (const Mover& mover : busy().movers) {
     ASSERT_EQ(mover.poses.size(), busy().path.size());
     for (std::size_t frame = 0; frame < mover.poses.size(); ++frame) {
-      EXPECT_GT(clearance.at(mover.poses[frame].at), 0.12) << frame;
+      EXPECT_GT(clearance.at(mover.poses[frame].at), 0.08) << frame;
       seen.insert(mover.activities[frame]);
     }
   }
