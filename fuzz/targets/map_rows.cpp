@@ -20,7 +20,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_writer.h"
-#include "panoptic/mapfile/sqlite.h"
+#include "panoptic/base/sqlite.h"
 
 namespace panoptic::fuzz {
 namespace {

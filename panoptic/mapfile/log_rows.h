@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "panoptic/map/frame_log.h"
-#include "panoptic/mapfile/sqlite.h"
+#include "panoptic/base/sqlite.h"
 
 namespace panoptic {
 

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "panoptic/map/label_extents.h"
-#include "panoptic/mapfile/sqlite.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/objects.h"
 
 namespace panoptic {

@@ -11,7 +11,7 @@
 #include "panoptic/base/config.h"
 #include "panoptic/base/json.h"
 #include "panoptic/error.h"
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 
 namespace panoptic {
 namespace {

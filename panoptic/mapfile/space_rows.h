@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "panoptic/free_space.h"
-#include "panoptic/mapfile/compression.h"
-#include "panoptic/mapfile/sqlite.h"
+#include "panoptic/base/compression.h"
+#include "panoptic/base/sqlite.h"
 
 namespace panoptic {
 

@@ -22,7 +22,7 @@
 #include "panoptic/mapfile/block_codec.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_writer.h"
-#include "panoptic/mapfile/sqlite.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/outputs.h"
 #include "panoptic/predict/coco_panoptic.h"
 #include "panoptic/predict/prediction_io.h"
