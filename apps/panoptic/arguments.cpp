@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/panoptic/arguments.h"
+#include "panoptic/bag.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/version.h"
 #include "panoptic/mapping/option_fields.h"
@@ -32,14 +33,19 @@ void add_threads(CLI::App& app, Arguments& a) {
 
 void add_recording(CLI::App& app, Arguments& a) {
   app.add_option("dataset", a.dataset,
-                 "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder;\n"
+                 "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, a bag (.bag, .mcap, .db3), or a "
+                 "plain folder;\n"
                  "a list of recordings, LIST.toml, to map them as one; or a simulated home: sim:SEED[,rooms=R,frames=F,noise=P]")
       ->required();
   constexpr double kLongest_s = 1e6;
   app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, lens, depth scale and the colour camera");
-  app.add_option("--pair-tolerance", a.pair_tolerance_s,
-                 "seconds between colour and depth of a pair at most, for recordings paired by time (TUM RGB-D), default 0.02")
+  app.add_option(
+         "--pair-tolerance", a.pair_tolerance_s,
+         "seconds between colour and depth of a pair at most, for recordings paired by time (TUM RGB-D, bags), default 0.02")
       ->check(CLI::Range(0.0, kLongest_s));
+  app.add_option(
+      "--topics", a.topics,
+      "of a bag: depth=TOPIC,color=TOPIC,info=TOPIC,pose=TOPIC, each where there are several (panoptic info BAG lists them)");
   add_threads(app, a);
 }
 
@@ -130,7 +136,7 @@ CLI::App* add_map_command(CLI::App& app, const char* name, const char* help, Arg
 }
 
 void add_map_commands(CLI::App& app, Arguments& a) {
-  CLI::App* info = add_map_command(app, "info", "what a map file holds", a);
+  CLI::App* info = add_map_command(app, "info", "what a map file holds, or a bag (.bag, .mcap, .db3)", a);
   info->add_flag("--json", a.as_json, "as JSON");
 
   CLI::App* mesh = add_map_command(app, "mesh", "write the surface of a map file", a);
@@ -248,6 +254,17 @@ void add_benchmark(CLI::App& benchmark, Arguments& a) {
   add_threads(benchmark, a);
 }
 
+// The choice goes where the recording goes: into its name.
+void take_topics(Arguments& a) {
+  if (a.topics.empty()) return;
+  try {
+    parse_bag_choice(a.topics);
+  } catch (const Error& e) {
+    throw UsageError(fmt::format("--topics: {}", e.what()));
+  }
+  a.dataset += "?" + a.topics;
+}
+
 }  // namespace
 
 Arguments parse_arguments(int argc, char** argv) {
@@ -280,6 +297,7 @@ Arguments parse_arguments(int argc, char** argv) {
     throw UsageError(fmt::format("{}; see panoptic --help", e.what()));
   }
   a.command = app.get_subcommands().front()->get_name();
+  take_topics(a);
   return a;
 }
 

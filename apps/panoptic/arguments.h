@@ -34,6 +34,7 @@ struct Arguments {
   std::vector<std::string> settings;  // key=value
   std::string calibration;
   std::optional<double> pair_tolerance_s;
+  std::string topics;  // of a bag; parse_arguments appends them to `dataset`
   bool no_preflight = false;  // run, predict
   std::vector<std::string> semantic;
   std::string instance;

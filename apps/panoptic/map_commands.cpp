@@ -14,6 +14,7 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/numbers.h"
 #include "apps/panoptic/progress.h"
+#include "panoptic/bag.h"
 #include "panoptic/base/json.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/log_rows.h"
@@ -167,6 +168,26 @@ std::string info_text(const Json& j) {
   return text;
 }
 
+int bag_info(const Arguments& a) {
+  const BagListing bag = list_bag(a.map);
+  Json json = {
+      {"file", a.map}, {"container", bag.container}, {"begin_s", bag.begin_s}, {"end_s", bag.end_s}, {"left_out", bag.left_out}};
+  json["topics"] = Json::array();
+  for (const ListedTopic& t : bag.topics) {
+    json["topics"].push_back({{"name", t.name}, {"type", t.type}, {"messages", t.messages}, {"role", t.role}, {"note", t.note}});
+  }
+  if (a.as_json) {
+    fmt::print("{}\n", json.dump(2));
+    return kDone;
+  }
+  fmt::print("{}\n{}, {:.1f} s from {:.3f}\n", a.map, bag.container, bag.end_s - bag.begin_s, bag.begin_s);
+  for (const std::string& line : bag.left_out) fmt::print("left out  {}\n", line);
+  for (const ListedTopic& t : bag.topics) {
+    fmt::print("{:<6}{:>8} x {} ({}{}{})\n", t.role, t.messages, t.name, t.type, t.note.empty() ? "" : ", ", t.note);
+  }
+  return kDone;
+}
+
 }  // namespace
 
 SavedMap load_map_and_tell(const std::string& path) {
@@ -183,6 +204,7 @@ void tell_note(const std::string& note) {
 
 int map_info(const Arguments& a) {
   set_thread_count(a.threads);
+  if (is_bag_recording(a.map)) return bag_info(a);
   const SavedMap saved = load_map_and_tell(a.map);
   const Json json = info_json(a.map, saved, load_frames(a.map));
   fmt::print("{}", a.as_json ? json.dump(2) + "\n" : info_text(json));

@@ -38,15 +38,14 @@ std::string first_bytes(const fs::path& path) {
   return {bytes.begin(), bytes.end()};
 }
 
-std::string ending(const fs::path& path) { return lower_case(path.extension().string()); }
-
 // A database may also be a map.
 const Container* container_of(const fs::path& path) {
   if (!is_file(path)) return nullptr;
   const std::string start = first_bytes(path);
   for (const Container& container : kContainers) {
-    const bool is_told_by_ending = container.magic == kSqliteMagic;
-    if (start.starts_with(container.magic) && (!is_told_by_ending || ending(path) == container.ending)) return &container;
+    if (!start.starts_with(container.magic)) continue;
+    const bool may_be_map = container.magic == kSqliteMagic && lower_case(path.extension().string()) != container.ending;
+    return may_be_map && !is_sqlite_bag(path) ? nullptr : &container;
   }
   return nullptr;
 }
@@ -54,8 +53,9 @@ const Container* container_of(const fs::path& path) {
 bool ends_as_bag(const fs::path& path) {
   return std::any_of(kContainers.begin(), kContainers.end(), [&](const Container& c) {
     const std::string name = lower_case(path.filename().string());
-    return name.ends_with(c.ending) || name.ends_with(std::string(c.ending) + ".zstd") || name.ends_with(std::string(c.ending) + ".gz") ||
-           name.ends_with(std::string(c.ending) + ".bz2") || name.ends_with(std::string(c.ending) + ".xz");
+    return name.ends_with(c.ending) || name.ends_with(std::string(c.ending) + ".zstd") ||
+           name.ends_with(std::string(c.ending) + ".gz") || name.ends_with(std::string(c.ending) + ".bz2") ||
+           name.ends_with(std::string(c.ending) + ".xz");
   });
 }
 
@@ -64,7 +64,7 @@ struct Packer {
   const char* remedy;
 };
 
-// Of a file that is no container: how it was packed as a whole, and what unpacks it.
+// Refuses a file that is no container: says how it was packed as a whole, and what unpacks it.
 [[noreturn]] void refuse(const fs::path& path) {
   static const std::array<Packer, 6> kPackers = {{{"\x1F\x8B", "gzip: gunzip FILE"},
                                                   {"BZh", "bzip2: bunzip2 FILE"},
@@ -80,8 +80,9 @@ struct Packer {
   }
   if (start.starts_with("#ROSRECORD") || start.starts_with("#ROSLOG"))
     throw Error(fmt::format("{}: a bag of an old version, only 2.0 can be read; convert it: rosbag fix", path.string()));
-  throw Error(fmt::format("{}: {}; copy it again, or record it anew", path.string(),
-                          start.empty() ? "the bag is empty" : "by its first bytes neither a ROS 1 bag nor .mcap nor .db3, or encrypted"));
+  throw Error(fmt::format(
+      "{}: {}; copy it again, or record it anew", path.string(),
+      start.empty() ? "the bag is empty" : "by its first bytes neither a ROS 1 bag nor .mcap nor .db3, or encrypted"));
 }
 
 std::vector<fs::path> parts_in(const fs::path& folder) {

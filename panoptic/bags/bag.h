@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Bags: messages of many topics with the time when each was recorded. Three containers (ROS 1 .bag, rosbag2 .db3, .mcap) reduce to
-// one list of messages, which says where each lies; bytes are read when they are asked for.
+// Bags: messages of many topics with the time when each was recorded. Three containers (ROS 1 .bag, rosbag2 .db3, .mcap) reduce
+// to one list of messages, which says where each lies; bytes are read when they are asked for.
 #pragma once
 
 #include <cstdint>
@@ -63,6 +63,8 @@ struct OpenedPart {
 OpenedPart open_ros1_bag(const std::filesystem::path& path);
 OpenedPart open_mcap(const std::filesystem::path& path);
 OpenedPart open_sqlite_bag(const std::filesystem::path& path);
+// True for an SQLite file that is a bag by its tables. A map file is none.
+bool is_sqlite_bag(const std::filesystem::path& path);
 
 // True for a file that is a bag by its first bytes or by its ending, and for a folder that holds such files. A map file is none.
 bool is_bag(const std::filesystem::path& path);

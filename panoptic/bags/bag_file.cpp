@@ -15,7 +15,7 @@
 namespace panoptic {
 namespace {
 
-constexpr std::size_t kMostKept = 8;                                 // colour, depth and their neighbours ahead
+constexpr std::size_t kMostKept = 8;                                // colour, depth and their neighbours ahead
 constexpr std::uint64_t kMostKeptBytes = std::uint64_t{256} << 20;  // beyond the one in use
 
 UnpackedBytes unpacked_bytes(const BagBytes& packed, const BagChunk& chunk) {

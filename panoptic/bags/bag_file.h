@@ -44,7 +44,7 @@ class BagFile {
   const std::string& name() const { return name_; }
   std::uint64_t size() const { return size_; }
 
-  // What is at an offset: as many bytes as there are, at most `bytes`. Throws FileError if the disk fails.
+  // The bytes at an offset: as many as there are, at most `bytes`. Throws FileError if the disk fails.
   BagBytes read(std::uint64_t offset, std::uint64_t bytes) const;
 
   // The unpacked bytes; nothing if they are damaged or the file ends before. Those used last are kept.
@@ -52,7 +52,6 @@ class BagFile {
   SharedBytes unpacked(const BagChunk& chunk) const;
 
  private:
-
   struct Kept {
     std::uint64_t offset = 0;
     SharedBytes bytes;

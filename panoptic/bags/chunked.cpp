@@ -8,7 +8,7 @@
 namespace panoptic {
 namespace {
 
-constexpr std::uint64_t kHeadBytes = 4096;  // holds the head of any record, and small messages whole
+constexpr std::uint64_t kHeadBytes = 4096;                      // holds the head of any record, and small messages whole
 constexpr std::uint64_t kWindowBytes = std::uint64_t{8} << 10;  // small: most of a bag is jumped over
 
 }  // namespace

@@ -32,7 +32,8 @@ constexpr std::array<ColorLayout, 8> kColorLayouts = {{{"rgb8", 3, {0, 1, 2}},
                                                        {"8UC1", 1, {0, 0, 0}}}};
 
 const ColorLayout* layout_of(std::string_view encoding) {
-  const auto found = std::find_if(kColorLayouts.begin(), kColorLayouts.end(), [&](const auto& l) { return l.encoding == encoding; });
+  const auto found =
+      std::find_if(kColorLayouts.begin(), kColorLayouts.end(), [&](const auto& l) { return l.encoding == encoding; });
   return found == kColorLayouts.end() ? nullptr : &*found;
 }
 
@@ -41,7 +42,9 @@ void require_pixels(const ImageMessage& image, std::size_t pixel_bytes) {
   constexpr std::uint32_t kMostSide_px = 1 << 16;
   const bool has_size = image.width > 0 && image.height > 0 && image.width <= kMostSide_px && image.height <= kMostSide_px;
   const std::uint64_t row_bytes = std::uint64_t{image.width} * pixel_bytes;
-  if (has_size && image.row_bytes >= row_bytes && std::uint64_t{image.row_bytes} * (image.height - 1) + row_bytes <= image.data.size()) return;
+  if (has_size && image.row_bytes >= row_bytes &&
+      std::uint64_t{image.row_bytes} * (image.height - 1) + row_bytes <= image.data.size())
+    return;
   throw MessageError(fmt::format("an image of {}x{} pixels, {} bytes a row, does not fit its {} bytes", image.width, image.height,
                                  image.row_bytes, image.data.size()));
 }
@@ -51,7 +54,8 @@ Image<T> pixels_of(const ImageMessage& image) {
   require_pixels(image, sizeof(T));
   Image<T> pixels(static_cast<int>(image.width), static_cast<int>(image.height));
   for (int v = 0; v < pixels.height(); ++v) {
-    std::memcpy(pixels.row(v), image.data.data() + std::size_t{image.row_bytes} * static_cast<std::size_t>(v), image.width * sizeof(T));
+    std::memcpy(pixels.row(v), image.data.data() + std::size_t{image.row_bytes} * static_cast<std::size_t>(v),
+                image.width * sizeof(T));
   }
   if (image.is_big_endian == (std::endian::native == std::endian::big)) return pixels;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -99,7 +103,8 @@ DepthImage depth_of(const ImageMessage& image) {
 DepthImage depth_of(const CompressedImageMessage& image) {
   constexpr std::size_t kHeadBytes = 12;
   if (!contains(image.format, kCompressedDepth)) return decode_depth_image(image.data, image.format);
-  if (contains(image.format, "rvl")) throw MessageError(fmt::format("depth of format '{}' cannot be read: record it as png", image.format));
+  if (contains(image.format, "rvl"))
+    throw MessageError(fmt::format("depth of format '{}' cannot be read: record it as png", image.format));
   if (image.data.size() < kHeadBytes) throw MessageError("compressed depth without its head");
   const Image<std::uint16_t> stored = decode_gray16(image.data.subspan(kHeadBytes), image.format);
   const std::string_view encoding = std::string_view(image.format).substr(0, image.format.find(';'));
@@ -113,8 +118,8 @@ DepthImage depth_of(const CompressedImageMessage& image) {
 Image<Rgb> color_of(const ImageMessage& image) {
   const ColorLayout* layout = layout_of(image.encoding);
   if (layout == nullptr) {
-    throw MessageError(fmt::format("colour of encoding '{}' cannot be read (rgb8, bgr8, rgba8, bgra8, 8UC3, 8UC4, mono8 and 8UC1 can)",
-                                   image.encoding));
+    throw MessageError(fmt::format(
+        "colour of encoding '{}' cannot be read (rgb8, bgr8, rgba8, bgra8, 8UC3, 8UC4, mono8 and 8UC1 can)", image.encoding));
   }
   const auto channels = static_cast<std::size_t>(layout->channels);
   require_pixels(image, channels);

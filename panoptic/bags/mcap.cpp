@@ -126,7 +126,7 @@ class Walk {
     is_indexed_.push_back(false);
   }
 
-  // Of one channel: time and offset of each message in the chunk before.
+  // An index of one channel: time and offset of each message in the chunk before.
   void take_index(std::uint64_t data, std::uint64_t bytes) {
     constexpr std::uint64_t kStart = 2 + 4;
     constexpr std::uint64_t kEntryBytes = 16;
@@ -138,7 +138,8 @@ class Walk {
     for (std::uint64_t i = 0; i < count; ++i) {
       BagSpan entry = window_.at(data + kStart + i * kEntryBytes, kEntryBytes);
       const auto time = static_cast<std::int64_t>(take<std::uint64_t>(entry));
-      contents_.messages.push_back({time, channel, 0, static_cast<std::uint32_t>(chunks_.size() - 1), take<std::uint64_t>(entry)});
+      contents_.messages.push_back(
+          {time, channel, 0, static_cast<std::uint32_t>(chunks_.size() - 1), take<std::uint64_t>(entry)});
     }
   }
 
@@ -148,7 +149,8 @@ class Walk {
     for (const BagMessage& m : contents_.messages) knows_all = knows_all && knows(static_cast<std::uint16_t>(m.topic));
     for (std::uint32_t i = 0; i < chunks_.size(); ++i) {
       if (is_indexed_[i] && knows_all) continue;
-      if (!look_through(i)) contents_.left_out.push_back(fmt::format("{}: chunk {} is damaged: its messages are left out", file_->name(), i));
+      if (!look_through(i))
+        contents_.left_out.push_back(fmt::format("{}: chunk {} is damaged: its messages are left out", file_->name(), i));
     }
   }
 

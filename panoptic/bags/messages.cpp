@@ -12,7 +12,7 @@ std::string frame_name(std::string_view name) {
   return std::string(name);
 }
 
-MessageHeader take_header(MessageReader& reader) {
+MessageHeader take_header(WireReader& reader) {
   if (reader.is_ros1()) reader.take<std::uint32_t>();  // the sequence number
   MessageHeader header;
   header.time_ns = reader.take_time_ns();
@@ -20,23 +20,23 @@ MessageHeader take_header(MessageReader& reader) {
   return header;
 }
 
-Vec3d take_vector(MessageReader& reader) {
+Vec3d take_vector(WireReader& reader) {
   const auto x = reader.take<double>();
   const auto y = reader.take<double>();
   return {x, y, reader.take<double>()};
 }
 
-Eigen::Quaterniond take_quaternion(MessageReader& reader) {
+Eigen::Quaterniond take_quaternion(WireReader& reader) {
   const Vec3d v = take_vector(reader);
   return {reader.take<double>(), v.x(), v.y(), v.z()};
 }
 
-void take_pose(MessageReader& reader, PoseMessage& pose) {
+void take_pose(WireReader& reader, PoseMessage& pose) {
   pose.position = take_vector(reader);
   pose.rotation = take_quaternion(reader);
 }
 
-PoseMessage take_stamped_transform(MessageReader& reader) {
+PoseMessage take_stamped_transform(WireReader& reader) {
   PoseMessage pose;
   pose.header = take_header(reader);
   pose.child = frame_name(reader.take_text());
@@ -44,7 +44,7 @@ PoseMessage take_stamped_transform(MessageReader& reader) {
   return pose;
 }
 
-ImageMessage take_image_head(MessageReader& reader) {
+ImageMessage take_image_head(WireReader& reader) {
   ImageMessage image;
   image.header = take_header(reader);
   image.height = reader.take<std::uint32_t>();
@@ -55,7 +55,7 @@ ImageMessage take_image_head(MessageReader& reader) {
   return image;
 }
 
-CompressedImageMessage take_compressed_head(MessageReader& reader) {
+CompressedImageMessage take_compressed_head(WireReader& reader) {
   CompressedImageMessage image;
   image.header = take_header(reader);
   image.format = std::string(reader.take_text());
@@ -75,29 +75,29 @@ bool is_pose_type(std::string_view type) {
 }
 
 MessageHeader decode_header(MessageBytes bytes, std::string_view serialization) {
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   return take_header(reader);
 }
 
 ImageMessage decode_image_head(MessageBytes bytes, std::string_view serialization) {
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   return take_image_head(reader);
 }
 
 ImageMessage decode_image(MessageBytes bytes, std::string_view serialization) {
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   ImageMessage image = take_image_head(reader);
   image.data = reader.take_bytes();
   return image;
 }
 
 CompressedImageMessage decode_compressed_image_head(MessageBytes bytes, std::string_view serialization) {
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   return take_compressed_head(reader);
 }
 
 CompressedImageMessage decode_compressed_image(MessageBytes bytes, std::string_view serialization) {
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   CompressedImageMessage image = take_compressed_head(reader);
   image.data = reader.take_bytes();
   return image;
@@ -105,7 +105,7 @@ CompressedImageMessage decode_compressed_image(MessageBytes bytes, std::string_v
 
 CameraInfoMessage decode_camera_info(MessageBytes bytes, std::string_view serialization) {
   constexpr std::size_t kRectificationNumbers = 9;
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   CameraInfoMessage info;
   info.header = take_header(reader);
   info.height = reader.take<std::uint32_t>();
@@ -126,14 +126,14 @@ CameraInfoMessage decode_camera_info(MessageBytes bytes, std::string_view serial
 
 std::vector<PoseMessage> decode_transforms(MessageBytes bytes, std::string_view serialization) {
   constexpr std::size_t kLeastBytes = 8 + 4 + 4 + 7 * sizeof(double);  // stamp, two names, numbers
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   std::vector<PoseMessage> transforms(reader.take_count(kLeastBytes));
   for (PoseMessage& transform : transforms) transform = take_stamped_transform(reader);
   return transforms;
 }
 
 PoseMessage decode_pose(MessageBytes bytes, std::string_view serialization, std::string_view type) {
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   if (type == kTransformStampedType) return take_stamped_transform(reader);
   PoseMessage pose;
   pose.header = take_header(reader);
@@ -143,14 +143,12 @@ PoseMessage decode_pose(MessageBytes bytes, std::string_view serialization, std:
 }
 
 PoseMessage decode_transform(MessageBytes bytes, std::string_view serialization) {
-  MessageReader reader(bytes, serialization);
+  WireReader reader(bytes, serialization);
   PoseMessage pose;
   take_pose(reader, pose);
   return pose;
 }
 
-float decode_float(MessageBytes bytes, std::string_view serialization) {
-  return MessageReader(bytes, serialization).take<float>();
-}
+float decode_float(MessageBytes bytes, std::string_view serialization) { return WireReader(bytes, serialization).take<float>(); }
 
 }  // namespace panoptic

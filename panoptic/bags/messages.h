@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panoptic/bags/message_reader.h"
+#include "panoptic/bags/wire_reader.h"
 #include "panoptic/geometry.h"
 
 namespace panoptic {

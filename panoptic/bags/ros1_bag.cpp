@@ -61,7 +61,8 @@ struct Record {
 std::optional<Record> record_in(BagSpan bytes) {
   ByteReader reader(bytes);
   const std::uint64_t header_bytes = reader.take<std::uint32_t>();
-  if (reader.is_short() || header_bytes > kMostHeaderBytes || header_bytes + sizeof(std::uint32_t) > reader.left()) return std::nullopt;
+  if (reader.is_short() || header_bytes > kMostHeaderBytes || header_bytes + sizeof(std::uint32_t) > reader.left())
+    return std::nullopt;
   const BagSpan header = bytes.subspan(sizeof(std::uint32_t), header_bytes);
   const auto op = number<std::uint8_t>(header, "op");
   if (!op) return std::nullopt;
@@ -102,8 +103,8 @@ class Walk {
 
  private:
   void cut_off_at(std::uint64_t offset) {
-    contents_.left_out.push_back(
-        fmt::format("{}: cut off or damaged at byte {} of {}: what comes after is left out", file_->name(), offset, file_->size()));
+    contents_.left_out.push_back(fmt::format("{}: cut off or damaged at byte {} of {}: what comes after is left out",
+                                             file_->name(), offset, file_->size()));
   }
 
   void take(const Record& record, std::uint64_t data, bool is_whole) {
@@ -131,7 +132,8 @@ class Walk {
   void check_header(BagSpan header) const {
     const auto encryptor = field(header, "encryptor");
     if (!encryptor || encryptor->empty() || text_of(*encryptor) == "rosbag/NoEncryptor") return;
-    throw Error(fmt::format("{}: the bag is encrypted ({}); decrypt it first: rosbag decrypt FILE", file_->name(), text_of(*encryptor)));
+    throw Error(
+        fmt::format("{}: the bag is encrypted ({}); decrypt it first: rosbag decrypt FILE", file_->name(), text_of(*encryptor)));
   }
 
   void take_chunk(const Record& record, std::uint64_t data, bool is_whole) {
@@ -146,7 +148,7 @@ class Walk {
     is_indexed_.push_back(false);
   }
 
-  // Of one connection: time and offset of each message in the chunk before.
+  // An index of one connection: time and offset of each message in the chunk before.
   void take_index(const Record& record, std::uint64_t data) {
     constexpr std::uint64_t kEntryBytes = 12;
     const auto connection = number<std::uint32_t>(record.header, "conn");
@@ -174,7 +176,8 @@ class Walk {
     for (const BagMessage& m : contents_.messages) knows_all = knows_all && connections_.contains(m.topic);
     for (std::uint32_t i = 0; i < chunks_.size(); ++i) {
       if (is_indexed_[i] && knows_all) continue;
-      if (!look_through(i)) contents_.left_out.push_back(fmt::format("{}: chunk {} is damaged: its messages are left out", file_->name(), i));
+      if (!look_through(i))
+        contents_.left_out.push_back(fmt::format("{}: chunk {} is damaged: its messages are left out", file_->name(), i));
     }
   }
 
@@ -189,7 +192,8 @@ class Walk {
       const auto connection = number<std::uint32_t>(record->header, "conn");
       if (record->op == kConnection) take_connection(record->header, left.subspan(record->data_offset, record->data_bytes));
       if (record->op == kMessage && time && connection && !is_indexed_[i]) {
-        contents_.messages.push_back({to_time_ns(*time), *connection, 0, i, static_cast<std::uint64_t>(left.data() - bytes->data())});
+        contents_.messages.push_back(
+            {to_time_ns(*time), *connection, 0, i, static_cast<std::uint64_t>(left.data() - bytes->data())});
       }
       left = left.subspan(record->data_offset + record->data_bytes);
     }

@@ -18,9 +18,9 @@ using PackedBytes = std::span<const std::uint8_t>;
 using UnpackedBytes = std::optional<std::vector<std::uint8_t>>;
 
 // All three: exactly `size` bytes, or nothing if the stream is damaged, cut off, or of another size.
-UnpackedBytes unpacked_lz4(PackedBytes packed, std::size_t size);    // LZ4's frame format
+UnpackedBytes unpacked_lz4(PackedBytes packed, std::size_t size);  // LZ4's frame format
 UnpackedBytes unpacked_bzip2(PackedBytes packed, std::size_t size);
-UnpackedBytes unpacked_zstd(PackedBytes packed, std::size_t size);   // one frame or several
+UnpackedBytes unpacked_zstd(PackedBytes packed, std::size_t size);  // one frame or several
 
 // The size that a zstd frame says of itself; nothing if it is none, or does not say.
 std::optional<std::size_t> zstd_size(PackedBytes packed);

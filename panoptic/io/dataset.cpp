@@ -6,6 +6,7 @@
 
 #include <array>
 
+#include "panoptic/bag.h"
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
@@ -61,7 +62,7 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
 [[noreturn]] void not_recognised(const fs::path& path) {
   const std::string why = why_no_recording(path);
   if (!why.empty()) throw Error(fmt::format("{}: no recording of a known format; {}", path.string(), why));
-  std::string formats = "a .sens file; a list of recordings (a .toml file)";
+  std::string formats = "a .sens file; a bag (.bag, .mcap, .db3); a list of recordings (a .toml file)";
   for (const FolderFormat& format : kFolderFormats) formats += fmt::format("; {}", format.looked_for);
   throw Error(fmt::format("{}: no recording of a known format; looked for {}", path.string(), formats));
 }
@@ -71,12 +72,19 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
                           path.string(), format));
 }
 
+// "run.bag?depth=/camera/depth": a bag, and which of its topics to take.
+std::unique_ptr<Dataset> open_with_choice(const std::string& name, const fs::path& calibration, const PairingOptions& pairing) {
+  const std::size_t mark = name.find('?');
+  return open_bag(name.substr(0, mark), parse_bag_choice(name.substr(mark + 1)), calibration, pairing.tolerance_s);
+}
+
 std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& calibration, const PairingOptions& pairing) {
   if (!is_there(path)) throw Error(fmt::format("{}: no such file or folder; give the path of a recording", path.string()));
   if (const auto sens = find_sens_file(path)) {
     if (pairing.tolerance_s) refuse_pairing(path, ".sens");
     return std::make_unique<SensDataset>(*sens, calibration);
   }
+  if (is_file(path) && is_bag_recording(path)) return open_bag(path, {}, calibration, pairing.tolerance_s);
   if (!is_folder(path)) not_recognised(path);
   for (const FolderFormat& format : kFolderFormats) {
     std::optional<FileRecording> recording = format(path, pairing);
@@ -86,6 +94,7 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
     settle_pose_order(*recording);
     return std::make_unique<FileDataset>(std::move(*recording));
   }
+  if (is_bag_recording(path)) return open_bag(path, {}, calibration, pairing.tolerance_s);
   not_recognised(path);
 }
 
@@ -105,6 +114,8 @@ std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& ca
     });
   }
   try {
+    if (path.native().find('?') != std::string::npos && !is_there(path))
+      return open_with_choice(path.native(), calibration, {pair_tolerance_s});
     return open_absolute(without_trailing_slash(path), calibration, {pair_tolerance_s});
   } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
     throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));

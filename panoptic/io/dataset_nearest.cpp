@@ -141,9 +141,9 @@ std::string packed_in(const std::vector<std::string>& names) {
                              {"*.tgz", "unpack it"},
                              {"*.tar.gz", "unpack it"},
                              {"*.7z", "unpack it"},
-                             {"*.bag", "a bag is not read: export its images"},
-                             {"*.mkv", "a video is not read: export its images"},
-                             {"*.mp4", "a video is not read: export its images"},
+                             {"*.r3d", ".r3d is not read: export it in the app (EXR + RGB), and give its poses as poses.txt"},
+                             {"*.mkv", "a video is not read: export its images (ffmpeg -i FILE color/%06d.png)"},
+                             {"*.mp4", "a video is not read: export its images (ffmpeg -i FILE color/%06d.png)"},
                              {"*.h264", "the ScanNet app's files are not read: convert them to .sens"}};
   for (const Kind& kind : kKinds) {
     const auto found =

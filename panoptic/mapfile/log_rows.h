@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "panoptic/map/frame_log.h"
 #include "panoptic/base/sqlite.h"
+#include "panoptic/map/frame_log.h"
 
 namespace panoptic {
 

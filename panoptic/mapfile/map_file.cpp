@@ -8,19 +8,19 @@
 #include <cstdio>
 #include <utility>
 
+#include "panoptic/base/compression.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/error.h"
 #include "panoptic/map/label_extents.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/mapfile/block_codec.h"
-#include "panoptic/base/compression.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_schema.h"
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/mapfile/object_rows.h"
-#include "panoptic/base/sqlite.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {

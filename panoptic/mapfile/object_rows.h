@@ -4,8 +4,8 @@
 // Objects as rows of a map file, in and out.
 #pragma once
 
-#include "panoptic/map/label_extents.h"
 #include "panoptic/base/sqlite.h"
+#include "panoptic/map/label_extents.h"
 #include "panoptic/objects.h"
 
 namespace panoptic {

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "panoptic/base/bytes.h"
+#include "panoptic/base/compression.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/json.h"
 #include "panoptic/error.h"
-#include "panoptic/base/compression.h"
 
 namespace panoptic {
 namespace {

@@ -10,14 +10,14 @@
 
 #include <random>
 
+#include "panoptic/base/compression.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/map/label_extents.h"
 #include "panoptic/mapfile/block_codec.h"
-#include "panoptic/base/compression.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_writer.h"
-#include "panoptic/base/sqlite.h"
 #include "panoptic/parallel.h"
 #include "tests/block_planes.h"
 #include "tests/expect_error.h"

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <optional>
 
+#include "panoptic/base/compression.h"
 #include "panoptic/base/files.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/map/block_pager.h"
-#include "panoptic/base/compression.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/mapfile/run_notes.h"

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The values of a message, one after the other, as ROS 1 or the CDR of ROS 2 has them. Sizes are checked before they are believed.
+// The values of a message, one after the other, as ROS 1 or the CDR of ROS 2 has them. Sizes are checked before they are
+// believed.
 #pragma once
 
 #include <bit>
@@ -10,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "panoptic/error.h"
@@ -22,10 +24,10 @@ class MessageError : public Error {
   using Error::Error;
 };
 
-class MessageReader {
+class WireReader {
  public:
   // `serialization` is "ros1" or "cdr". Throws MessageError for another one, and for a CDR of another kind.
-  MessageReader(std::span<const std::uint8_t> bytes, std::string_view serialization);
+  WireReader(std::span<const std::uint8_t> bytes, std::string_view serialization);
 
   bool is_ros1() const { return is_ros1_; }
 
@@ -43,12 +45,12 @@ class MessageReader {
     return number;
   }
 
-  std::string_view take_text();                  // without the zero at its end
-  std::span<const std::uint8_t> take_bytes();    // a sequence of bytes with its count before it
-  std::vector<double> take_doubles();            // a sequence
-  std::uint32_t take_count(std::size_t least);   // of a sequence whose elements have at least so many bytes each
-  void skip_doubles(std::size_t count);          // of an array
-  std::int64_t take_time_ns();                   // stamp: seconds and nanoseconds
+  std::string_view take_text();                 // without the zero at its end
+  std::span<const std::uint8_t> take_bytes();   // a sequence of bytes with its count before it
+  std::vector<double> take_doubles();           // a sequence
+  std::uint32_t take_count(std::size_t least);  // of a sequence whose elements have at least so many bytes each
+  void skip_doubles(std::size_t count);         // of an array
+  std::int64_t take_time_ns();                  // stamp: seconds and nanoseconds
 
  private:
   void align(std::size_t bytes);
