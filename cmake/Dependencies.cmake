@@ -20,6 +20,8 @@ find_package(TinyGLTF REQUIRED)
 if(PANOPTIC_PARALLEL STREQUAL "tbb")
   find_package(TBB REQUIRED)
 endif()
+# tracking/ alone: the pose graph
+find_package(CeresParts REQUIRED)
 # planning/ alone: the navigation mesh, the octree
 find_package(Recast REQUIRED)
 find_package(OctoMapParts REQUIRED)
@@ -45,7 +47,15 @@ if(PANOPTIC_VIEWER)
 endif()
 # bindings/python alone. Of several Pythons the first that has NumPy.
 set(PANOPTIC_PYTHON_FOUND FALSE)
-if(PANOPTIC_PYTHON AND PANOPTIC_SIM AND PANOPTIC_EVAL AND NOT PANOPTIC_SANITIZE)
+if(PANOPTIC_SANITIZE)
+  # The interpreter is made without a sanitizer, so that the runtime has to be loaded before it: clang's address sanitizer has one.
+  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libclang_rt.asan-${CMAKE_SYSTEM_PROCESSOR}.so
+    OUTPUT_VARIABLE PANOPTIC_PYTHON_RUNTIME ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(NOT PANOPTIC_PYTHON_SANITIZED OR NOT PANOPTIC_SANITIZE MATCHES "address" OR NOT EXISTS "${PANOPTIC_PYTHON_RUNTIME}")
+    set(PANOPTIC_PYTHON OFF)
+  endif()
+endif()
+if(PANOPTIC_PYTHON AND PANOPTIC_SIM AND PANOPTIC_EVAL)
   foreach(candidate ${Python_EXECUTABLE} python3 /usr/bin/python3)
     execute_process(COMMAND ${candidate} -c "import numpy, sys; print(sys.executable)" OUTPUT_VARIABLE executable ERROR_QUIET
       OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE result)

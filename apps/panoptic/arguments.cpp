@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <map>
 
@@ -88,7 +89,10 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("out", a.evaluated,
                  "folder of a run, or a map file; or semantic, instance or panoptic, for --pred in ScanNet's submission forms")
       ->required();
-  app.add_option("--gt", a.truth, "a ScanNet scan; with --pred a folder of <scene>.txt or of scans")->required();
+  app.add_option(
+         "--gt", a.truth,
+         "a ScanNet scan, or the simulated home that was mapped, sim:SEED...; with --pred a folder of <scene>.txt or of scans")
+      ->required();
   app.add_option("--pred", a.predictions, "folder of <scene>.txt, of any method");
   app.add_option("--json", a.json, "write the scores to this file");
   app.add_option("--csv", a.csv, "write the scores per class to this file");
@@ -100,6 +104,17 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("--variant", a.variant, "panoptic quality: pq-scannet20 (default), seed, ndt, coco");
   add_threads(app, a);
   app.footer("Semantic IoU, instance AP, panoptic quality and surface distances; the rules are in docs/evaluation.md.");
+}
+
+void add_trajectory_evaluation(CLI::App& app, Arguments& a) {
+  app.add_option("estimate", a.trajectory, "trajectory (`time tx ty tz qx qy qz qw` a line), or the folder of a run")->required();
+  app.add_option("truth", a.true_trajectory, "the same of the truth, or a folder with groundtruth.txt")->required();
+  app.add_option("--json", a.json, "write the scores to this file");
+  app.add_option("--pair-tolerance", a.pair_tolerance_s, "seconds between the stamps of a pair at most, default 0.02")
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--rpe-step", a.rpe_step_s, "seconds over which the relative error is taken, default 1")
+      ->check(CLI::Range(1e-3, 1e6));
+  app.footer("ATE (rigid alignment, no scale) and RPE as the tools of the TUM RGB-D benchmark define them (docs/tracking.md).");
 }
 
 void add_explanation(CLI::App& app, Arguments& a) {
@@ -121,6 +136,7 @@ void add_map_file(CLI::App& run, Arguments& a) {
   constexpr double kLongest_s = 1e6;
   CLI::Option* map = run.add_option("--map", a.map, "map file to save to, every few seconds and at the end; must not exist");
   run.add_flag("--resume", a.resume, "go on from the map file, if it exists; not with --online")->needs(map);
+  run.add_flag("--track", a.track, "find out where the camera is; the recording's poses are not used (docs/tracking.md)");
   run.add_option("--pose-updates", a.pose_updates,
                  "corrections of poses by the SLAM system, a line of JSON for each moment (docs/maps.md); the map follows");
   run.add_option("--checkpoint-every", a.checkpoint_every_s, "seconds from one save to the next, default 5")
@@ -246,6 +262,20 @@ void add_view(CLI::App& view, Arguments& a) {
   add_viewer(view, a);
 }
 
+void add_play(CLI::App& play, Arguments& a) {
+  play.add_option("map", a.viewed, "map file, as run --map writes it")->required();
+  add_viewer(play, a);
+}
+
+void add_export(CLI::App& app, Arguments& a) {
+  constexpr std::size_t kMostFrames = 1000;
+  CLI::App* command =
+      add_map_command(app, "export-web", "save the page with a map and its figures as a folder for any web server", a);
+  command->add_option("-o,--output", a.output, "folder; must be absent or empty")->required();
+  command->add_option("--camera-frames", a.camera_frames, "frames of the recording for the camera view, default 40")
+      ->check(CLI::Range(std::size_t{0}, kMostFrames));
+}
+
 void add_benchmark(CLI::App& benchmark, Arguments& a) {
   benchmark.add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
   benchmark.add_option("--group", a.group,
@@ -265,6 +295,36 @@ void take_topics(Arguments& a) {
   a.dataset += "?" + a.topics;
 }
 
+void add_batch(CLI::App& batch, Arguments& a) {
+  constexpr int kMostJobs = 4096;
+  batch.add_option("list", a.dataset, "file with a recording or sim:SEED a line, or a folder of recordings")->required();
+  batch.add_option("-o,--output", a.output, "folder for batch.json, batch.md and a folder for each scene")->required();
+  batch.add_option("--jobs", a.jobs, "scenes at a time, each in a process of its own, default 1")
+      ->check(CLI::Range(1, kMostJobs));
+  batch.add_flag("--gt", a.with_truth, "score each scene against its truth, and all of them together");
+  batch.add_option(
+      "--share-predictions", a.shared_predictions,
+      "folder that keeps the predictions of each scene, made once by --semantic and --instance, for other batches too");
+  CLI::Option* slurm =
+      batch.add_flag("--slurm", a.slurm, "submit the scenes to Slurm instead; --jobs: at most so many at a time");
+  batch.add_option("--slurm-option", a.slurm_options, "for sbatch, like --slurm-option=--mem=16G; may be repeated")->needs(slurm);
+  batch.add_option("--task", a.slurm_task, "what a submitted batch calls")->group("");
+  batch.add_flag("--gather", a.slurm_gather, "what a submitted batch calls at its end")->group("");
+  batch.footer(
+      "What comes after -- are options of panoptic run; in them {} is the scene's path and {name} its name:\n"
+      "  panoptic batch scans/ -o out --jobs 4 --gt -- --predictions {}/predictions --no-pictures\n"
+      "What is finished is skipped, also after a crash (docs/batch.md).");
+}
+
+// In a batch the words after -- are for `panoptic run`, and parsed as its arguments are.
+int cut_run_options(int argc, char** argv, Arguments& a) {
+  if (argc < 2 || std::string(argv[1]) != "batch") return argc;
+  char** const end = argv + argc;
+  char** const dashes = std::find(argv, end, std::string("--"));
+  if (dashes != end) a.run_options.assign(dashes + 1, end);
+  return static_cast<int>(dashes - argv);
+}
+
 }  // namespace
 
 Arguments parse_arguments(int argc, char** argv) {
@@ -282,14 +342,18 @@ Arguments parse_arguments(int argc, char** argv) {
   add_map_commands(app, a);
   add_map_pairs(app, a);
   add_plan(app, a);
+  add_trajectory_evaluation(*app.add_subcommand("eval-trajectory", "how far a trajectory is from the true one: ATE and RPE"), a);
   add_explanation(*app.add_subcommand("explain", "why an object of a map is what it is said to be"), a);
   add_view(*app.add_subcommand("view", "look at a finished map in the browser"), a);
+  add_play(*app.add_subcommand("play", "let figures walk, sit and lie in a map, in the browser"), a);
+  add_export(app, a);
   add_simulation(*app.add_subcommand("simulate", "make a furnished home, film it, and write it as a ScanNet scan"), a);
+  add_batch(*app.add_subcommand("batch", "map many recordings, one after the other, beside each other or on a cluster"), a);
   add_benchmark(*app.add_subcommand("benchmark", "map simulated homes under many settings and write a report with charts"), a);
   app.add_subcommand("options", "list every option with its default, range and meaning");
 
   try {
-    app.parse(argc, argv);
+    app.parse(cut_run_options(argc, argv, a), argv);
   } catch (const CLI::Success& e) {
     app.exit(e);
     return a;

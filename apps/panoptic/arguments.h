@@ -4,6 +4,7 @@
 // The command line.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -51,7 +52,12 @@ struct Arguments {
   std::string other_map;  // merge, diff: the second one
   bool resume = false;
   std::string pose_updates;
+  bool track = false;
   std::string poses;  // rebuild
+  // eval-trajectory
+  std::string trajectory;
+  std::string true_trajectory;
+  double rpe_step_s = 1;
   std::optional<double> checkpoint_every_s;
   // simulate
   std::optional<std::string> seed;
@@ -82,6 +88,7 @@ struct Arguments {
   std::string bind;    // empty = loopback
   std::optional<std::uint16_t> port;
   std::string token;
+  std::size_t camera_frames = 40;  // export-web
   // query, info
   std::string query_class;
   std::string query_box;
@@ -93,6 +100,15 @@ struct Arguments {
   std::string path_to;
   std::vector<std::string> bands;
   AgentSize agent;
+  // batch; its list is `dataset`
+  std::optional<int> jobs;  // 1, and with Slurm as many as it likes
+  bool with_truth = false;
+  std::string shared_predictions;
+  bool slurm = false;
+  std::vector<std::string> slurm_options;
+  std::optional<std::size_t> slurm_task;  // the number of a scene that was submitted
+  bool slurm_gather = false;
+  std::vector<std::string> run_options;  // after --
   // benchmark
   bool quick = false;
   std::string group;

@@ -18,10 +18,13 @@ int predict(const Arguments& arguments);
 int doctor(const Arguments& arguments);
 int check_network(const Arguments& arguments);
 int evaluate(const Arguments& arguments);
+int evaluate_trajectory(const Arguments& arguments);
 int explain(const Arguments& arguments);
 int simulate(const Arguments& arguments);
 int benchmark(const Arguments& arguments);
+int batch(const Arguments& arguments);
 int view(const Arguments& arguments);
+int export_web(const Arguments& arguments);
 int map_info(const Arguments& arguments);
 int map_mesh(const Arguments& arguments);
 int map_query(const Arguments& arguments);
@@ -48,6 +51,18 @@ class Predictor;
 struct PredictorReport;
 std::unique_ptr<Dataset> open_checked(const Arguments& arguments);
 
+// The same for a run, which tracks the camera if it is asked to, or if the recording has no poses: then its frames have none.
+struct OpenedRecording {
+  std::unique_ptr<Dataset> dataset;
+  std::unique_ptr<Dataset>
+      given;  // a tracked recording once more, with its own poses; nullptr: it has none, or its frames have them
+  bool is_tracked = false;
+  bool frames_have_poses = true;
+
+  const Dataset* given_poses() const { return frames_have_poses ? dataset.get() : given.get(); }
+};
+OpenedRecording open_to_map(const Arguments& arguments);
+
 // Tells the warnings of a predictor, if there is one, that were not told yet; at the end of a run its notes too, and returns its
 // report.
 void tell_warnings(Predictor* predictor);
@@ -56,6 +71,13 @@ PredictorReport closing_report(Predictor* predictor);
 // The range of --frames, or everything. Throws UsageError.
 struct FrameRange;
 FrameRange frame_range_from(const Arguments& arguments);
+
+// Throws UsageError for options of a run that do not go together.
+void require_possible(const Arguments& arguments);
+
+// The truth of "sim:SEED...", from all of its frames. Throws Error.
+struct ScanTruth;
+ScanTruth simulated_truth(const std::string& simulation);
 
 // The options --bind, --port and --token.
 struct ViewerOptions;

@@ -35,7 +35,8 @@ std::string evaluate_run(const Arguments& a, Evaluation& evaluation) {
   std::vector<std::string> warnings;
   const bool is_file = is_map_file(a.evaluated);
   const LabelledMap map = is_file ? map_to_score(a.evaluated, warnings) : read_run_folder(a.evaluated, &warnings);
-  const ScanTruth truth = read_scan_truth(a.truth, a.category_map, &warnings);
+  const bool is_simulated = a.truth.starts_with("sim:");
+  const ScanTruth truth = is_simulated ? simulated_truth(a.truth) : read_scan_truth(a.truth, a.category_map, &warnings);
   print_warnings(warnings);
   const LabelledVertices prediction = evaluation.add(map, truth);
   if (!a.submission.empty()) write_submission(a.submission, truth.scene, prediction, labels_of(truth));

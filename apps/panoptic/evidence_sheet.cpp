@@ -14,6 +14,7 @@
 #include "panoptic/error.h"
 #include "panoptic/io/draw_text.h"
 #include "panoptic/io/views.h"
+#include "panoptic/sim/open_again.h"
 #include "panoptic/simulation.h"
 
 namespace panoptic {
@@ -45,7 +46,7 @@ std::unique_ptr<Dataset> open_again(const RunReport& report, const std::filesyst
   constexpr const char* kOtherwise = "explain without --png needs no recording";
   std::unique_ptr<Dataset> dataset;
   try {
-    dataset = open_dataset(report.recording, report.calibration, report.pair_tolerance_s);
+    dataset = panoptic::open_again(report.recording, report.calibration, report.pair_tolerance_s);
   } catch (const Error& e) {
     throw Error(fmt::format("the run's recording cannot be opened any more ({}); put it back, {}", e.what(), kOtherwise));
   }

@@ -21,10 +21,13 @@ int dispatch(const panoptic::Arguments& arguments) {
   if (arguments.command == "doctor") return panoptic::doctor(arguments);
   if (arguments.command == "check-network") return panoptic::check_network(arguments);
   if (arguments.command == "eval") return panoptic::evaluate(arguments);
+  if (arguments.command == "eval-trajectory") return panoptic::evaluate_trajectory(arguments);
   if (arguments.command == "explain") return panoptic::explain(arguments);
   if (arguments.command == "simulate") return panoptic::simulate(arguments);
+  if (arguments.command == "batch") return panoptic::batch(arguments);
   if (arguments.command == "benchmark") return panoptic::benchmark(arguments);
-  if (arguments.command == "view") return panoptic::view(arguments);
+  if (arguments.command == "view" || arguments.command == "play") return panoptic::view(arguments);
+  if (arguments.command == "export-web") return panoptic::export_web(arguments);
   if (arguments.command == "info") return panoptic::map_info(arguments);
   if (arguments.command == "mesh") return panoptic::map_mesh(arguments);
   if (arguments.command == "query") return panoptic::map_query(arguments);

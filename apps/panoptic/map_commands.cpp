@@ -26,6 +26,7 @@
 #include "panoptic/parallel.h"
 #include "panoptic/profile.h"
 #include "panoptic/query.h"
+#include "panoptic/sim/open_again.h"
 #include "panoptic/simulation.h"
 #include "panoptic/surface.h"
 
@@ -261,7 +262,7 @@ int map_rebuild(const Arguments& a) {
   const std::string& recording = a.dataset.empty() ? mapped.recording : a.dataset;
   const auto dataset = [&] {
     try {
-      return open_dataset(recording, mapped.calibration, mapped.pair_tolerance_s);
+      return open_again(recording, mapped.calibration, mapped.pair_tolerance_s);
     } catch (const Error& e) {
       throw Error(
           fmt::format("the recording of the map cannot be opened: {}; if it has moved, name it: --recording PATH", e.what()));

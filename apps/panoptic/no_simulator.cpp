@@ -6,6 +6,7 @@
 
 #include "apps/panoptic/commands.h"
 #include "panoptic/error.h"
+#include "panoptic/scan_truth.h"
 #include "panoptic/simulation.h"
 
 namespace panoptic {
@@ -21,6 +22,8 @@ std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, con
                                       std::optional<double> pair_tolerance_s) {
   return open_recording(path_or_simulation, calibration, pair_tolerance_s);
 }
+
+ScanTruth simulated_truth(const std::string& simulation) { needs_simulator(simulation.c_str()); }
 
 int simulate(const Arguments& /*arguments*/) { needs_simulator("simulate"); }
 

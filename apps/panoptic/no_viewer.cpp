@@ -17,13 +17,17 @@ namespace {
 
 struct ViewerServer::State {};
 
-ViewerServer::ViewerServer(const ViewerOptions& /*options*/, SnapshotScene /*scene*/, const LatestSnapshot& /*latest*/) {
+PlaySource::PlaySource(std::string /*map_file*/, std::string /*why_not*/) {}
+ViewerServer::ViewerServer(const ViewerOptions& /*options*/, SnapshotScene /*scene*/, const LatestSnapshot& /*latest*/,
+                           PlaySource /*play*/) {
   needs_viewer();
 }
 ViewerServer::~ViewerServer() = default;
 std::string ViewerServer::url() const { return ""; }
 
 ViewerOptions viewer_options_from(const Arguments& /*arguments*/) { needs_viewer(); }
+
+int export_web(const Arguments& /*arguments*/) { needs_viewer(); }
 
 int view(const Arguments& /*arguments*/) { needs_viewer(); }
 

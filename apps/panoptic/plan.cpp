@@ -8,9 +8,9 @@
 #include "apps/panoptic/numbers.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/map_file.h"
-#include "panoptic/mapfile/run_notes.h"
 #include "panoptic/parallel.h"
 #include "panoptic/planning.h"
+#include "panoptic/run_outputs.h"
 
 namespace panoptic {
 namespace {
@@ -53,7 +53,7 @@ int plan(const Arguments& a) {
   check(options.agent);  // before the map is loaded
   for (const HeightBand& band : options.bands) check(band);
   const SavedMap saved = load_map_and_tell(a.map);
-  if (!note_or_empty(saved, run_note::kUp).empty()) options.up = up_of(saved);
+  options.up = noted_up(saved);
   PlanSummary summary;
   {
     Progress progress("steps", kPlanSteps);

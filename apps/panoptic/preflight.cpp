@@ -9,6 +9,7 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/io/doctor.h"
+#include "panoptic/io/open_without_poses.h"
 #include "panoptic/parallel.h"
 #include "panoptic/simulation.h"
 
@@ -25,14 +26,27 @@ void refuse(const std::string& recording, const Check& check) {
   throw Error(fmt::format("{}: {}: {}; --no-preflight takes it as it is", recording, check.evidence, check.remedy));
 }
 
-}  // namespace
+constexpr DoctorOptions kPreflightWithoutPoses{.frames = kPreflight.frames, .pairs = 0, .steps = 0};
 
-std::unique_ptr<Dataset> open_checked(const Arguments& arguments) {
-  auto dataset = open_dataset(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
-  tell_notes(dataset->notes());
-  // The numbers of a simulated home are the simulator's own.
-  if (arguments.no_preflight || arguments.dataset.starts_with("sim:")) return dataset;
-  const DoctorReport report = diagnose(*dataset, kPreflight);
+// Leaves out what is about poses.
+DoctorReport without_poses(DoctorReport report) {
+  std::erase_if(report.checks, [](const Check& c) { return c.name == "rotations" || c.name == "poses" || c.name == "steps"; });
+  return report;
+}
+
+// The recording with its own poses, to compare with those that are tracked; nullptr if it has none that can be read.
+std::unique_ptr<Dataset> open_given(const Arguments& arguments) {
+  try {
+    return open_dataset(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
+  } catch (const NoPoses&) {
+    return nullptr;
+  } catch (const Error& e) {
+    tell(fmt::format("note: the recording's own poses are not compared with: {}\n", e.what()));
+    return nullptr;
+  }
+}
+
+void check_sample(const Arguments& arguments, const DoctorReport& report) {
   for (const Check& check : report.checks) {
     if (check.verdict == Verdict::kImpossible) refuse(arguments.dataset, check);
   }
@@ -41,7 +55,33 @@ std::unique_ptr<Dataset> open_checked(const Arguments& arguments) {
     tell(fmt::format("warning: {}: {}: {} (panoptic doctor {} looks closer)\n", check.name, check.evidence, check.remedy,
                      arguments.dataset));
   }
+}
+
+}  // namespace
+
+std::unique_ptr<Dataset> open_checked(const Arguments& arguments) {
+  auto dataset = open_dataset(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
+  tell_notes(dataset->notes());
+  // The numbers of a simulated home are the simulator's own.
+  if (arguments.no_preflight || arguments.dataset.starts_with("sim:")) return dataset;
+  check_sample(arguments, diagnose(*dataset, kPreflight));
   return dataset;
+}
+
+OpenedRecording open_to_map(const Arguments& arguments) {
+  if (!arguments.track) {
+    try {
+      return {open_checked(arguments), nullptr, false, true};
+    } catch (const NoPoses&) {
+      if (arguments.online || arguments.resume || !arguments.pose_updates.empty()) throw;
+    }
+  }
+  if (arguments.dataset.starts_with("sim:")) return {open_checked(arguments), nullptr, true, true};
+  auto dataset = open_without_poses(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
+  if (!arguments.track) fmt::print("poses     none: the camera is tracked\n");
+  tell_notes(dataset->notes());
+  if (!arguments.no_preflight) check_sample(arguments, without_poses(diagnose(*dataset, kPreflightWithoutPoses)));
+  return {std::move(dataset), open_given(arguments), true, false};
 }
 
 }  // namespace panoptic

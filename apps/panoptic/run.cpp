@@ -13,6 +13,7 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
 #include "apps/viewer/server.h"
+#include "panoptic/bag.h"
 #include "panoptic/base/files.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapper.h"
@@ -79,6 +80,12 @@ void print_corrections(const std::vector<Correction>& corrections) {
     tell(fmt::format("note: {} corrected poses are of frames that were not in the map at their moment\n", unknown));
 }
 
+void print_tracking(const TrackingReport& tracking) {
+  const auto corrected = std::count_if(tracking.loops.begin(), tracking.loops.end(), [](const Loop& l) { return l.corrects; });
+  fmt::print("\ntracking  {} frames, {} lost, quality {:.2f}, {} keyframes, {} places seen again, {} of them corrected poses\n",
+             tracking.tracked, tracking.lost, tracking.mean_quality, tracking.keyframes, tracking.loops.size(), corrected);
+}
+
 // The source of labels, if there is one: what the options name, else what the list of recordings does.
 std::string predictor_text(const Options& options, const std::string& list) {
   if (!options.predictions.empty()) return options.predictions;
@@ -90,6 +97,7 @@ void print_closing(const Mapper& mapper, const RunSummary& summary, const std::s
   print_stages(mapper.profile());
   print_frames(mapper.frames(), summary.without_prediction);
   if (summary.online) print_online(*summary.online);
+  if (summary.tracking) print_tracking(*summary.tracking);
   if (!summary.corrections.empty()) print_corrections(summary.corrections);
   const VoxelMap& map = mapper.map().voxels;
   fmt::print("{} blocks, {:.1f} million voxels observed, {:.0f} MB map, peak {:.0f} MB\n", map.block_count(),
@@ -112,7 +120,7 @@ std::string absolute_recording(const std::string& recording) {
 }
 
 std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Options& options, const RunSummary& summary,
-                                           Mapper& mapper) {
+                                           bool is_tracked, Mapper& mapper) {
   if (arguments.map.empty()) return nullptr;
   CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
@@ -124,7 +132,8 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
                              arguments.online,
                              summary.pair_tolerance_s,
                              to_text(summary.recordings),
-                             absolute_path(arguments.pose_updates)};
+                             absolute_path(arguments.pose_updates),
+                             is_tracked};
   auto checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, mapper);
   if (checkpoints->was_complete()) {
     fmt::print("map       {} is complete: nothing is left to map\n", arguments.map);
@@ -203,7 +212,7 @@ Options with_shared_threads(Options options) {
 }
 
 std::string title_of(const std::string& recording) {
-  const std::filesystem::path path = std::filesystem::path(recording).lexically_normal();
+  const std::filesystem::path path = path_of_recording(recording).lexically_normal();
   return path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
 }
 
@@ -244,12 +253,15 @@ Options with_swap_folder(Options options, const std::string& output) {
 }
 
 // A log of the frames is kept where something can come of it.
-Options with_log(Options options, const Arguments& arguments) {
-  if (options.map.log == "auto" && !(arguments.map.empty() && arguments.pose_updates.empty())) options.map.log = "reference";
+Options with_log(Options options, const Arguments& arguments, bool is_tracked) {
+  if (options.map.log == "auto" && (!arguments.map.empty() || !arguments.pose_updates.empty() || is_tracked))
+    options.map.log = "reference";
+  if (is_tracked && options.map.log == "none") {
+    throw UsageError("map.log = none: where poses are tracked the map follows when they are corrected, and needs the log for it");
+  }
   return options;
 }
 
-// Throws UsageError for options that do not go together.
 void require_possible(const Arguments& arguments) {
   if (arguments.online && arguments.resume) {
     throw UsageError("--resume is for runs without --online: what an online run drops depends on the moment");
@@ -257,10 +269,23 @@ void require_possible(const Arguments& arguments) {
   if (arguments.online && !arguments.pose_updates.empty()) {
     throw UsageError("--pose-updates is for runs without --online: their moments count frames that online runs may drop");
   }
+  if (arguments.track && (arguments.online || arguments.resume || !arguments.pose_updates.empty())) {
+    throw UsageError("--track does not go with --online, --resume or --pose-updates");
+  }
 }
 
 std::vector<PoseUpdates> pose_updates_from(const Arguments& arguments) {
   return arguments.pose_updates.empty() ? std::vector<PoseUpdates>() : read_pose_updates(arguments.pose_updates);
+}
+
+// The facts that are known once it has ended.
+void add_result(RunSummary& summary, const MappingResult& result) {
+  summary.stopped_by = result.stopped_by;
+  summary.complete = result.stopped_by.empty();
+  summary.without_prediction = result.without_prediction;
+  summary.online = result.online;
+  summary.corrections = result.corrections;
+  summary.tracking = result.tracking;
 }
 
 int run(const Arguments& arguments) {
@@ -268,10 +293,11 @@ int run(const Arguments& arguments) {
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
   const std::vector<PoseUpdates> pose_updates = pose_updates_from(arguments);
-  const Options placed = with_log(with_swap_folder(options, arguments.output), arguments);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
-  const auto dataset = open_checked(arguments);
+  const OpenedRecording opened = open_to_map(arguments);
+  const auto& dataset = opened.dataset;
+  const Options placed = with_log(with_swap_folder(options, arguments.output), arguments, opened.is_tracked);
   const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options, *dataset);
   Mapper mapper(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;
@@ -288,15 +314,19 @@ int run(const Arguments& arguments) {
 
   RunSummary summary = summary_of(arguments, *dataset);
   summary.predictor = predictor ? predictor_text(options, arguments.dataset) : kNoPredictor;
-  const auto checkpoints = keep_map_file(arguments, placed, summary, mapper);
+  const auto checkpoints = keep_map_file(arguments, placed, summary, opened.is_tracked, mapper);
   const Stopwatch stopwatch;
   MappingResult result = [&] {
     Progress progress("frames", range.count(dataset->size()));
-    const MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, [&](std::size_t done) {
-                           progress.advance(done);
-                           tell_warnings(predictor.get());
-                           return !interrupted();
-                         }};
+    std::optional<RunTracker> tracker;
+    if (opened.is_tracked) tracker.emplace(CameraTrackerOptions{options.depth.min_m, options.depth.max_m, {}});
+    MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, [&](std::size_t done) {
+                     progress.advance(done);
+                     tell_warnings(predictor.get());
+                     return !interrupted();
+                   }};
+    run.tracker = tracker ? &*tracker : nullptr;
+    run.given_poses = opened.given_poses();
     if (arguments.online) return map_online(run, arguments.speed.value_or(1), options.online, latest);
     std::optional<LoopPublisher> publisher;
     if (viewer) publisher.emplace(mapper, latest, range.count(dataset->size()));
@@ -304,11 +334,7 @@ int run(const Arguments& arguments) {
   }();
   summary.wall_s = stopwatch.seconds();
   if (result.failure == kOutOfMemory) result.failure = kOutOfMemoryAdvice;
-  summary.stopped_by = result.stopped_by;
-  summary.complete = result.stopped_by.empty();
-  summary.without_prediction = result.without_prediction;
-  summary.online = result.online;
-  summary.corrections = result.corrections;
+  add_result(summary, result);
   // An older result is worth more than none.
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);

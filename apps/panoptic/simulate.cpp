@@ -80,6 +80,8 @@ int write_contact_sheet(const Arguments& arguments, const ExportOptions& options
 
 }  // namespace
 
+ScanTruth simulated_truth(const std::string& simulation) { return ground_truth(Simulation(parse_simulation(simulation))); }
+
 int simulate(const Arguments& arguments) {
   const ExportOptions options = export_options(arguments);
   if (arguments.output.empty() && arguments.contact_sheet.empty())

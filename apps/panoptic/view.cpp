@@ -10,6 +10,7 @@
 #include "apps/panoptic/map_result.h"
 #include "apps/panoptic/progress.h"
 #include "apps/viewer/result_folder.h"
+#include "apps/viewer/saved_page.h"
 #include "apps/viewer/server.h"
 
 namespace panoptic {
@@ -30,11 +31,22 @@ int view(const Arguments& arguments) {
   const std::size_t objects = result.snapshot->objects.size();
   LatestSnapshot latest;
   latest.publish(std::move(result.snapshot));
-  const ViewerServer server(viewer_options_from(arguments), std::move(result.scene), latest);
-  fmt::print("{}: {} objects, {} pieces of surface\nlook at   {}\nCtrl-C ends it\n", arguments.viewed, objects, chunks,
-             server.url());
+  PlaySource play(is_file ? arguments.viewed : "", kNoPlay);
+  const ViewerServer server(viewer_options_from(arguments), std::move(result.scene), latest, std::move(play));
+  fmt::print("{}: {} objects, {} pieces of surface\nlook at   {}{}\nCtrl-C ends it\n", arguments.viewed, objects, chunks,
+             server.url(), arguments.command == "play" ? "#play" : "");
   std::fflush(stdout);
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  return kDone;
+}
+
+int export_web(const Arguments& arguments) {
+  constexpr double kMegabyte = 1e6;
+  const SavedPage saved =
+      save_page(arguments.output, open_map_result(arguments.map), PlaySource(arguments.map), arguments.camera_frames);
+  for (const std::string& note : saved.notes) tell_note(note);
+  fmt::print("{}: {} files, {:.1f} MB, {} frames for the camera view\nlook at   {}/index.html\n", arguments.output, saved.files,
+             static_cast<double>(saved.bytes) / kMegabyte, saved.frames, arguments.output);
   return kDone;
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "apps/viewer/messages.h"
+#include "panoptic/error.h"
 #include "panoptic/outputs.h"
 
 namespace panoptic {
@@ -18,6 +19,7 @@ namespace {
 
 constexpr std::size_t kMaxCacheBytes = std::size_t{64} << 20;
 constexpr const char* kJson = "application/json";
+constexpr const char* kBytes = "application/octet-stream";
 
 std::string fresh_run_name() {
   std::random_device source;
@@ -64,11 +66,16 @@ std::optional<std::vector<BlockIndex>> blocks_in(std::string_view text) {
 
 }  // namespace
 
-ViewerContent::ViewerContent(SnapshotScene scene, const LatestSnapshot& latest)
-    : scene_(std::move(scene)), latest_(latest), run_(fresh_run_name()), chunks_(scene_.block_size_m, kMaxCacheBytes) {}
+ViewerContent::ViewerContent(SnapshotScene scene, const LatestSnapshot& latest, PlaySource play)
+    : scene_(std::move(scene)),
+      latest_(latest),
+      run_(fresh_run_name()),
+      chunks_(scene_.block_size_m, kMaxCacheBytes),
+      play_(std::move(play)) {}
 
 Answer ViewerContent::answer(const std::string& path, const Query& query) {
   if (path == "/api/scene.glb") return glb();
+  if (path.starts_with("/api/play/")) return play_maker_.make([&] { return play(path, query); });
   return maker_.make([&] { return made(path, query); });
 }
 
@@ -121,7 +128,26 @@ Answer ViewerContent::chunks(const Query& query) {
     const std::size_t chunk = newest->find(block);
     if (chunk != SnapshotSurface::kNoChunk) found.push_back(chunks_.encoded(*newest, chunk));
   }
-  return with("application/octet-stream", join_chunks(found));
+  return with(kBytes, join_chunks(found));
+}
+
+// On play_maker_.
+Answer ViewerContent::play(const std::string& path, const Query& query) {
+  try {
+    if (path == "/api/play/navmesh.bin") return with(kBytes, play_.plan().navmesh);
+    if (path == "/api/play/walls.bin") return with(kBytes, play_.plan().walls);
+    if (path == "/api/play/walls.json") return with(kJson, play_.plan().walls_index);
+    if (path == "/api/play/affordances.json") return with(kJson, play_.plan().affordances);
+    if (path == "/api/play/frames.json") return with(kJson, play_.frames());
+    const bool is_picture = path == "/api/play/frame.jpg";
+    if (!is_picture && path != "/api/play/frame.json") return said(404, "nothing here");
+    const auto asked = query.find("n");
+    const auto place = asked == query.end() ? std::nullopt : number_in<std::size_t>(asked->second);
+    if (!place) return said(400, "n is not the place of a frame in frames.json, from 0");
+    return is_picture ? with("image/jpeg", play_.picture(*place)) : with(kJson, play_.frame(*place));
+  } catch (const Error& e) {
+    return said(404, e.what());
+  }
 }
 
 Answer ViewerContent::glb() {

@@ -15,6 +15,7 @@
 #include "apps/viewer/encode.h"
 #include "apps/viewer/maker.h"
 #include "apps/viewer/pictures.h"
+#include "apps/viewer/play_source.h"
 #include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
@@ -34,7 +35,7 @@ inline constexpr std::size_t kMaxChunksAsked = 64;
 // Thread-safe. `latest` must live as long.
 class ViewerContent {
  public:
-  ViewerContent(SnapshotScene scene, const LatestSnapshot& latest);
+  ViewerContent(SnapshotScene scene, const LatestSnapshot& latest, PlaySource play = PlaySource("", kNoPlay));
 
   // The answer to a path below /api; status 404 for every other path, 400 for a query that is not as documented.
   // Answers are made one after the other on a thread of its own.
@@ -55,6 +56,7 @@ class ViewerContent {
   Answer objects(const Query& query);
   Answer chunks(const Query& query);
   Answer glb();
+  Answer play(const std::string& path, const Query& query);
 
   SnapshotScene scene_;
   const LatestSnapshot& latest_;
@@ -65,6 +67,8 @@ class ViewerContent {
   std::shared_ptr<const SnapshotSurface> surface_;  // of the newest snapshot that somebody asked for
   std::atomic<bool> is_making_glb_ = false;         // one at a time: it takes memory
   Maker glb_maker_;                                 // and time, so the others do not wait for it
+  PlaySource play_;                                 // on play_maker_ alone
+  Maker play_maker_;                                // a plan takes seconds
   Maker maker_;
 };
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/viewer/play_source.h"
 #include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
@@ -26,7 +27,8 @@ struct ViewerOptions {
 // never slows mapping. Construction throws Error: the address cannot be bound, a token is missing or malformed.
 class ViewerServer {
  public:
-  ViewerServer(const ViewerOptions& options, SnapshotScene scene, const LatestSnapshot& latest);
+  ViewerServer(const ViewerOptions& options, SnapshotScene scene, const LatestSnapshot& latest,
+               PlaySource play = PlaySource("", kNoPlay));
   ~ViewerServer();  // ends every connection
   ViewerServer(const ViewerServer&) = delete;
   ViewerServer& operator=(const ViewerServer&) = delete;

@@ -193,6 +193,21 @@ Vec3d point_from(const py::handle& object, const char* what) {
   return point;
 }
 
+Points points_from(const py::handle& object, const char* what) {
+  const py::array_t<double> array = numbers(object, what);
+  const bool is_single = array.ndim() == 1 && array.shape(0) == 3;
+  if (!is_single && (array.ndim() != 2 || array.shape(1) != 3)) {
+    throw Error(fmt::format("{} are {}: they must be (N, 3), or one point (3,), in metres", what, text_of(array)));
+  }
+  Points points{{}, is_single};
+  const double* at = array.data();
+  for (py::ssize_t i = 0; i < array.size(); i += 3) {
+    points.at.emplace_back(at[i], at[i + 1], at[i + 2]);
+    if (!points.at.back().allFinite()) throw Error(fmt::format("{}: point {} is not finite", what, i / 3));
+  }
+  return points;
+}
+
 py::array matrix_of(const Pose& pose) {
   py::array_t<double> array({4, 4});
   Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(array.mutable_data()) = pose.matrix();

@@ -4,6 +4,7 @@
 // Between NumPy and the library: the only place that looks at the type, shape and strides of an array.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -46,10 +47,25 @@ Pose pose_from(const py::handle& object, const char* what);
 Camera camera_from(const py::handle& object, const char* what, int width, int height);
 // Three finite numbers. Throws Error.
 Vec3d point_from(const py::handle& object, const char* what);
+// One point (3,) or several (N, 3), of finite numbers. Throws Error.
+struct Points {
+  std::vector<Vec3d> at;
+  bool is_single = false;
+};
+Points points_from(const py::handle& object, const char* what);
 
 py::array matrix_of(const Pose& pose);
 py::array matrix_of(const Camera& camera);
 py::array vector_of(const Vec3d& vector);
+
+// Vectors of two or three numbers as (N, 2) or (N, 3).
+template <typename T, int kNumbers>
+py::array rows_of(const std::vector<Eigen::Matrix<T, kNumbers, 1>>& vectors) {
+  py::array_t<T> array({static_cast<py::ssize_t>(vectors.size()), py::ssize_t{kNumbers}});
+  T* out = array.mutable_data();
+  for (const auto& vector : vectors) out = std::copy_n(vector.data(), kNumbers, out);
+  return array;
+}
 
 // An array that reads memory of `owner` and keeps it alive. It cannot be written to.
 template <typename T>

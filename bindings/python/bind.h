@@ -38,6 +38,12 @@ void bind_mapper(py::module_& m);
 void bind_online(py::module_& m);
 void bind_scores(py::module_& m);
 void bind_tools(py::module_& m);
+void bind_poses(py::module_& m);
+void bind_free_space(py::module_& m);
+void bind_planning(py::module_& m);
+void bind_distances(py::module_& m);
+void bind_navigation(py::module_& m);
+void bind_home_plan(py::module_& m);
 
 // Lines that a person should read, as warnings of Python.
 inline void warn(const std::vector<std::string>& lines) {

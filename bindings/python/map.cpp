@@ -15,6 +15,7 @@
 #include "bindings/python/labels.h"
 #include "bindings/python/mesh.h"
 #include "bindings/python/objects.h"
+#include "panoptic/navigation.h"
 #include "panoptic/run_outputs.h"
 #include "panoptic/surface.h"
 
@@ -33,8 +34,10 @@ std::shared_ptr<MapView> load(const std::filesystem::path& path) {
   Options options = options_of(*saved);
   options.map = saved->options;
   const PanopticMap& map = saved->map;
+  const std::optional<Vec3d> up = noted_up(*saved);
   auto view = std::make_shared<MapView>(
       MapView{std::move(saved), map, std::make_shared<Exclusive>("map"), std::move(options), std::move(frames), true});
+  view->noted_up = up;
   return view;
 }
 
@@ -183,6 +186,17 @@ The centre of voxel (x, y, z) lies at origin_m + ((x, y, z) + 0.5) * voxel_size_
       .def("__repr__", [](const Block& b) { return fmt::format("<Block {}>", std::string(py::str(index_of(b)))); });
 }
 
+std::uint32_t node(const MapView& view, const std::string& name) {
+  const Use use(*view.use);
+  return number(node_named(view.map, name));
+}
+
+py::object up(const MapView& view) {
+  const Use use(*view.use);
+  const std::optional<Vec3d> up = up_of(view);
+  return up ? py::object(vector_of(*up)) : py::none();
+}
+
 py::list frame_list(const MapView& view) {
   py::list list;
   for (const FrameRecord& frame : view.frames) {
@@ -202,6 +216,7 @@ py::list frame_list(const MapView& view) {
 void bind_map(py::module_& m) {
   bind_objects(m);
   bind_blocks(m);
+  bind_free_space(m);
   py::class_<MapView, std::shared_ptr<MapView>>(m, "Map", R"(A map to ask: what is where. Metres, world of the poses.
 
 load_map gives one, and Mapper.map is one that shows the mapper's state whenever it is asked.)")
@@ -220,6 +235,13 @@ load_map gives one, and Mapper.map is one that shows the mapper's state whenever
       .def("blocks", &blocks, "Every block of voxels, in the order of their making.")
       .def("hash", &hash, "A fingerprint of every voxel bit, as `map_hash` in report.json.")
       .def("mesh", &surface, "The surface, anew at each call; Mapper.mesh does only what changed.")
+      .def(
+          "node_named", &node, py::arg("name"),
+          R"(The id that a node of scene.glb is called after: "chair_31", "floor". An object that was merged is the one it is a part of.)")
+      .def_property_readonly(
+          "free_space", [](const std::shared_ptr<MapView>& v) { return FreeSpaceView{v}; },
+          "A FreeSpace: the space that was seen to be empty.")
+      .def_property_readonly("up", &up, "(3,) float64, upwards in the world as the cameras were held; None if nobody knows.")
       .def_property_readonly("labels", [](const MapView& v) { return v.map.labels; })
       .def_property_readonly(
           "options", [](const MapView& v) { return v.options; }, "Of the run that made it.")

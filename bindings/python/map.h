@@ -7,6 +7,7 @@
 
 #include "bindings/python/bind.h"
 #include "panoptic/map_file.h"
+#include "panoptic/mapper.h"
 #include "panoptic/options.h"
 #include "panoptic/query.h"
 
@@ -21,6 +22,16 @@ struct MapView {
   std::vector<FrameRecord> frames = {};  // of the file
   bool is_fixed = false;                 // nobody changes it
   std::optional<MapQuery> query = {};    // of a fixed map, once somebody asked
+  std::optional<Vec3d> noted_up = {};    // by the file
+  const Mapper* mapper = nullptr;        // whose map it is
+};
+
+// Upwards in the world, as the cameras were mostly held; nothing if nobody knows.
+inline std::optional<Vec3d> up_of(const MapView& view) { return view.mapper != nullptr ? view.mapper->up() : view.noted_up; }
+
+// The space of a map that was seen to be empty.
+struct FreeSpaceView {
+  std::shared_ptr<MapView> map;
 };
 
 }  // namespace panoptic::python

@@ -93,7 +93,9 @@ std::shared_ptr<LabelledMesh> mesh(PythonMapper& self) {
 }
 
 std::shared_ptr<MapView> map(const SharedMapper& self) {
-  return std::make_shared<MapView>(MapView{self, self->mapper.map(), self->use, self->options});
+  auto view = std::make_shared<MapView>(MapView{self, self->mapper.map(), self->use, self->options});
+  view->mapper = &self->mapper;
+  return view;
 }
 
 std::string hash(const PythonMapper& self) {
@@ -109,6 +111,9 @@ py::dict frames(const PythonMapper& self) {
   answer["labelled"] = self.mapper.labelled();
   answer["skipped"] = statistics.skipped();
   answer["skipped_by_reason"] = statistics.skipped_by_reason();
+  py::list first;
+  for (const SkippedFrame& frame : statistics.first_skipped()) first.append(py::make_tuple(frame.index, frame.reason));
+  answer["first_skipped"] = first;
   return answer;
 }
 
@@ -228,7 +233,9 @@ not in the map), blocks, blocks_refused, ms, wait_ms. Raises Error and leaves th
       .def("trajectory", &trajectory,
            "(times (N,) float64 s, poses (N, 4, 4) float64 world_from_camera) of the frames that were used.")
       .def_property_readonly("map", &map, "A Map that shows the mapper's state whenever it is asked.")
-      .def_property_readonly("frames", &frames, "Counts: used, labelled, skipped, skipped_by_reason.")
+      .def_property_readonly(
+          "frames", &frames,
+          "Counts: used, labelled, skipped, skipped_by_reason; and first_skipped, at most 1000 of (index, reason).")
       .def_property_readonly(
           "profile",
           [](const PythonMapper& self) {

@@ -6,10 +6,15 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "bindings/python/arrays.h"
+#include "bindings/python/directions.h"
 #include "bindings/python/labels.h"
 #include "panoptic/outputs.h"
 
@@ -40,7 +45,7 @@ py::array triangles(const py::object& self) {
 
 void save(const LabelledMesh& mesh, const std::filesystem::path& path, const py::object& up) {
   std::optional<Vec3d> upwards;
-  if (!up.is_none()) upwards = point_from(up, "up");
+  if (!up.is_none()) upwards = direction_from(up, "up");
   if (path.extension() == ".ply") {
     if (upwards) throw Error(fmt::format("{}: a PLY keeps the axes of the map: leave out up", path.string()));
     released([&] { write_ply(path, mesh.mesh); });
@@ -52,8 +57,36 @@ void save(const LabelledMesh& mesh, const std::filesystem::path& path, const py:
 }
 
 void save_views(const LabelledMesh& mesh, const std::filesystem::path& folder, const py::object& up) {
-  const Vec3d upwards = point_from(up, "up");
+  const Vec3d upwards = direction_from(up, "up");
   released([&] { write_views(folder, mesh.mesh, upwards, mesh.labels); });
+}
+
+py::list shapes(const LabelledMesh& mesh) {
+  const std::vector<ObjectShape> found = released([&] { return object_shapes(mesh.mesh); });
+  py::list list;
+  for (const ObjectShape& shape : found) {
+    py::dict entry(py::arg("id") = number(shape.id), py::arg("class_id") = number(shape.class_id),
+                   py::arg("class_name") = std::string(mesh.labels.name_of(shape.class_id)), py::arg("vertices") = shape.vertices,
+                   py::arg("area_m2") = shape.area_m2);
+    entry["min_m"] = vector_of(shape.min_m);
+    entry["max_m"] = vector_of(shape.max_m);
+    entry["centroid_m"] = vector_of(shape.centroid_m);
+    entry["box_center_m"] = vector_of(shape.oriented_box.center_m);
+    entry["box_size_m"] = vector_of(shape.oriented_box.size_m);
+    Pose world_from_box = Pose::Identity();
+    world_from_box.linear() = shape.oriented_box.axes;
+    world_from_box.translation() = shape.oriented_box.center_m;
+    entry["world_from_box"] = matrix_of(world_from_box);
+    list.append(std::move(entry));
+  }
+  return list;
+}
+
+py::dict class_areas(const LabelledMesh& mesh) {
+  const std::map<ClassId, double> areas = released([&] { return class_areas_m2(mesh.mesh); });
+  py::dict answer;
+  for (const auto& [id, area_m2] : areas) answer[py::str(std::string(mesh.labels.name_of(id)))] = area_m2;
+  return answer;
 }
 
 }  // namespace
@@ -83,6 +116,11 @@ The arrays are views of the mesh's memory, which they keep alive; they cannot be
            "Writes a .ply, or a .glb with one node per object; `up` (3,) turns a glb upright.")
       .def("save_views", &save_views, py::arg("folder"), py::arg("up"),
            "Writes pictures from the front, the side and the top: colours, classes and objects. `up` (3,), as Mapper.up.")
+      .def(
+          "shapes", &shapes,
+          R"(A dict for each panoptic id that has surface: id, class_id, class_name, vertices, area_m2, min_m and max_m (3,), centroid_m (3,),
+and the oriented box: box_center_m (3,), box_size_m (3,) along its axes, the longest first, and world_from_box (4, 4).)")
+      .def("class_areas_m2", &class_areas, "Square metres of surface by the name of the class.")
       .def("__repr__", [](const LabelledMesh& mesh) {
         return fmt::format("<Mesh of {} vertices and {} triangles>", mesh.mesh.vertices.size(), mesh.mesh.triangles.size());
       });

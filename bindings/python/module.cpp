@@ -61,5 +61,10 @@ PYBIND11_MODULE(_core, m) {
   bind_online(m);
   bind_scores(m);
   bind_tools(m);
+  bind_poses(m);
+  bind_planning(m);
+  bind_distances(m);
+  bind_navigation(m);
+  bind_home_plan(m);
   require_init(m);
 }

@@ -13,6 +13,7 @@
 
 #include "bindings/python/labels.h"
 #include "bindings/python/segments.h"
+#include "panoptic/source.h"
 
 namespace panoptic::python {
 namespace {
@@ -38,10 +39,12 @@ std::shared_ptr<SharedPredictor> shared(std::unique_ptr<Predictor> predictor, bo
   return predictor != nullptr ? std::make_shared<LibraryPredictor>(std::move(predictor), has_threads) : nullptr;
 }
 
-std::shared_ptr<SharedPredictor> from_options(const Options& options) {
-  const bool of_networks = options.predictions.empty();
+std::shared_ptr<SharedPredictor> from_options(const Options& options, const Dataset* dataset) {
+  const bool names_networks = !options.networks.semantic.empty() || !options.networks.instance.empty();
+  const bool of_networks = options.predictions.empty() && names_networks;
   made_networks = made_networks || of_networks;
-  return shared(released([&] { return make_predictor(options); }), of_networks);
+  const auto make = [&] { return dataset != nullptr ? make_predictor(options, *dataset) : make_predictor(options); };
+  return shared(released(make), of_networks);
 }
 
 std::shared_ptr<SharedPredictor> from_files(const std::filesystem::path& path, const py::object& labels,
@@ -55,21 +58,32 @@ std::shared_ptr<SharedPredictor> from_files(const std::filesystem::path& path, c
 
 Segmentation PythonPredictor::predict(const Frame& frame) {
   const py::gil_scoped_acquire lock;
+  predicting_in_ = std::this_thread::get_id();
   try {
-    const py::function function = py::get_override(static_cast<const SharedPredictor*>(this), "predict");
-    if (!function) throw Error("the predictor has no function predict(self, frame)");
-    // Whoever predicts may keep it.
-    const std::shared_ptr<const Segmentation> seen = segmentation_from(function(std::make_shared<Frame>(kept(frame))), labels_);
-    require_sound(*seen, labels_);
-    const Outcome outcome = check(*seen, frame.color.width(), frame.color.height());
-    if (!outcome.used) throw Error("the predictor's " + outcome.reason);
-    return *seen;
+    Segmentation seen = answer(frame);
+    predicting_in_ = {};
+    return seen;
   } catch (py::error_already_set& e) {
+    predicting_in_ = {};
     if (e.trace()) PyException_SetTraceback(e.value().ptr(), e.trace().ptr());
     raised_ = e.value();
     throw Error(fmt::format("the predictor raised {}: {}", std::string(py::str(e.type().attr("__name__"))),
                             std::string(py::str(e.value()))));
+  } catch (...) {
+    predicting_in_ = {};
+    throw;
   }
+}
+
+Segmentation PythonPredictor::answer(const Frame& frame) const {
+  const py::function function = py::get_override(static_cast<const SharedPredictor*>(this), "predict");
+  if (!function) throw Error("the predictor has no function predict(self, frame)");
+  // Whoever predicts may keep it.
+  const std::shared_ptr<const Segmentation> seen = segmentation_from(function(std::make_shared<Frame>(kept(frame))), labels_);
+  require_sound(*seen, labels_);
+  const Outcome outcome = check(*seen, frame.color.width(), frame.color.height());
+  if (!outcome.used) throw Error("the predictor's " + outcome.reason);
+  return *seen;
 }
 
 void bind_predictors(py::module_& m) {
@@ -84,8 +98,10 @@ size of frame.color, or None for a frame without a prediction. One call at a tim
       .def("predict", &predict, py::arg("frame"))
       .def("report", &report, "How predicting went: notes, a line each, and trouble, why it was of no use (empty if it was).");
 
-  m.def("make_predictor", &from_options, py::arg("options"),
-        R"(The predictor that the options name: a folder of predictions, else networks, else None.)");
+  m.def(
+      "make_predictor", &from_options, py::arg("options"), py::arg("dataset") = py::none(),
+      R"(The predictor that the options name: a folder of predictions, else networks, else what a list of recordings names for each, if
+`dataset` is one, else None.)");
   m.def(
       "file_predictor", &from_files, py::arg("path"), py::arg("labels") = py::none(), py::arg("keep_whole_classes") = true,
       R"(Reads predictions that were made before: a folder of `panoptic predict`, or COCO panoptic. Frames are found by their number.)");

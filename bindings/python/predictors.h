@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -47,9 +48,16 @@ class PythonPredictor : public SharedPredictor {
   // The exception that predict raised in another thread; None if it raised none.
   const py::object& raised() const { return raised_; }
 
+  // This thread is in a call of `predict` that a pipeline made.
+  bool is_predicting_here() const { return predicting_in_ == std::this_thread::get_id(); }
+
  private:
+  // The answer of Python's predict. REQUIRES Python's lock.
+  Segmentation answer(const Frame& frame) const;
+
   LabelSet labels_;
   py::object raised_ = py::none();
+  std::thread::id predicting_in_;  // guarded by Python's lock
 };
 
 }  // namespace panoptic::python

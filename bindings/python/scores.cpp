@@ -32,9 +32,17 @@ struct Scorer {
   Exclusive use{"evaluation"};
 };
 
+fs::path folder_from(const py::object& object, const char* kind, const char* folder) {
+  try {
+    return object.cast<fs::path>();
+  } catch (const py::cast_error&) {
+    throw Error(fmt::format("{} is neither a {} nor the folder of {}", std::string(py::repr(object)), kind, folder));
+  }
+}
+
 LabelledMap labelled(const py::object& what, std::vector<std::string>& warnings) {
   if (!py::isinstance<MapView>(what)) {
-    const auto folder = what.cast<fs::path>();
+    const fs::path folder = folder_from(what, "Map", "a run");
     return released([&] { return read_run_folder(folder, &warnings); });
   }
   const MapView& view = *what.cast<std::shared_ptr<MapView>>();
@@ -58,9 +66,9 @@ void add(Scorer& self, const py::object& map, const py::object& truth, const std
   const Use use(self.use);
   std::vector<std::string> warnings;
   const LabelledMap seen = labelled(map, warnings);
-  const auto scan = py::isinstance<ScanTruth>(truth)
-                        ? truth.cast<std::shared_ptr<ScanTruth>>()
-                        : truth_of(truth.cast<fs::path>(), category_map.value_or(fs::path()), warnings);
+  const auto scan = py::isinstance<ScanTruth>(truth) ? truth.cast<std::shared_ptr<ScanTruth>>()
+                                                     : truth_of(folder_from(truth, "ScanTruth", "an annotated scan"),
+                                                                category_map.value_or(fs::path()), warnings);
   released([&] { self.evaluation.add(seen, *scan); });
   warn(warnings);
 }
@@ -122,6 +130,14 @@ The arrays are views that cannot be written to.)")
             return view(first, {static_cast<py::ssize_t>(positions.size()), 3}, {3 * kNumber, kNumber}, self);
           },
           "(V, 3) float32, metres.")
+      .def_property_readonly(
+          "colors",
+          [](const py::object& self) {
+            const auto& colors = self.cast<const ScanTruth&>().colors;
+            const std::uint8_t* first = colors.empty() ? nullptr : &colors.front().r;
+            return view(first, {static_cast<py::ssize_t>(colors.size()), 3}, {py::ssize_t{sizeof(Rgb)}, 1}, self);
+          },
+          "(V, 3) uint8, red first.")
       .def_property_readonly(
           "triangles",
           [](const py::object& self) {

@@ -26,6 +26,10 @@ struct BagChoice {
   bool operator==(const BagChoice&) const = default;
 };
 
+// The file or folder of a recording by its name: "walk.bag?depth=/d" is walk.bag. What has no such choice, or is there under its
+// whole name, is its own path.
+std::filesystem::path path_of_recording(const std::string& name);
+
 // "depth=TOPIC,color=TOPIC,info=TOPIC,pose=TOPIC", each part optional. Throws Error for anything else.
 BagChoice parse_bag_choice(const std::string& text);
 
@@ -51,7 +55,7 @@ bool is_bag_recording(const std::filesystem::path& path);
 BagListing list_bag(const std::filesystem::path& path);
 
 // The bag as a recording; the other arguments are those of open_recording. Throws Error, naming the topics that there are, if a
-// role has no topic or several, if there are no poses, and if frames are not connected.
+// role has no topic or several, if there are no poses (panoptic run --track finds them), and if frames are not connected.
 std::unique_ptr<Dataset> open_bag(const std::filesystem::path& path, const BagChoice& choice,
                                   const std::filesystem::path& calibration = {}, std::optional<double> pair_tolerance_s = {});
 

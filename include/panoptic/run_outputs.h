@@ -17,6 +17,7 @@
 #include "panoptic/options.h"
 #include "panoptic/pose_update.h"
 #include "panoptic/source.h"
+#include "panoptic/tracked_run.h"
 
 namespace panoptic {
 
@@ -45,10 +46,11 @@ struct RunSummary {
   bool complete = true;    // false: interrupted or failed, the map holds the frames so far
   std::string stopped_by;  // why, if not complete
   double wall_s = 0;
-  std::uint64_t without_prediction = 0;  // frames used that had none, although there was a predictor
-  std::optional<OnlineReport> online;    // of an online run
-  std::vector<Correction> corrections;   // of poses, in their order
-  bool pictures = true;                  // false: no views/; pictures that an earlier run left there are removed
+  std::uint64_t without_prediction = 0;    // frames used that had none, although there was a predictor
+  std::optional<OnlineReport> online;      // of an online run
+  std::vector<Correction> corrections;     // of poses, in their order
+  std::optional<TrackingReport> tracking;  // of a run whose poses were tracked
+  bool pictures = true;                    // false: no views/; pictures that an earlier run left there are removed
 };
 
 // How much there is in what was written.
@@ -71,5 +73,8 @@ std::string to_toml(const Options& options);
 
 // The options of the run that made a map file. Throws Error if they are not as this program writes them.
 Options options_of(const SavedMap& saved);
+
+// Upwards in the world of a map file, as the cameras were mostly held; nothing if the file does not say.
+std::optional<Vec3d> noted_up(const SavedMap& saved);
 
 }  // namespace panoptic

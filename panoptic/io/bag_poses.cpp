@@ -10,6 +10,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
+#include "panoptic/io/open_without_poses.h"
 
 namespace panoptic {
 namespace {
@@ -81,10 +82,10 @@ class PoseFinder {
       throw Error(fmt::format("{}: the bag has {} topics of poses; choose with --topics pose=TOPIC: {}", bag_.name(),
                               topics.size(), names_of(bag_, roles_, {BagRole::kPose})));
     }
-    if (!result_.tree.empty()) refuse_transforms();
-    throw Error(
-        fmt::format("{}: the bag holds no poses (no TF, Odometry or PoseStamped): run a SLAM system on it and record its "
-                    "poses with the images, or export the images and give a trajectory",
+    if (result_.tree.moves()) refuse_transforms();
+    throw NoPoses(
+        fmt::format("{}: the bag holds no poses (no Odometry, no PoseStamped, and no TF that changes); record them with the "
+                    "images, or let panoptic run --track find them",
                     bag_.name()));
   }
 

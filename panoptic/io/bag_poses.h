@@ -19,7 +19,7 @@ TransformTree transforms_of(const Bag& bag, const std::vector<RoledTopic>& roles
 struct BagPoses {
   TransformTree tree;
   std::vector<std::string> chain;                                  // from the depth camera to the world; empty: `poses` are used
-  std::vector<StampedPose> poses;                                  // of a frame of the robot, or of the camera
+  std::vector<PoseSample> poses;                                   // of a frame of the robot, or of the camera
   Eigen::Matrix4d posed_from_depth = Eigen::Matrix4d::Identity();  // from the depth camera to that frame
   std::string source;                                              // "TF: map <- base <- camera", for messages
   std::vector<std::string> assumed;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "panoptic/error.h"
@@ -15,7 +16,7 @@ namespace {
 
 constexpr double kNano = 1e-9;
 
-bool same_pose(const StampedPose& a, const StampedPose& b) {
+bool same_pose(const PoseSample& a, const PoseSample& b) {
   return a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
@@ -29,7 +30,7 @@ void TransformTree::add(const PoseMessage& transform, bool is_static) {
     edge.other_parent = parent;
     return;
   }
-  const StampedPose pose{static_cast<double>(transform.header.time_ns) * kNano, transform.position, transform.rotation};
+  const PoseSample pose{static_cast<double>(transform.header.time_ns) * kNano, transform.position, transform.rotation};
   if (is_static) edge.poses.clear();  // the last one holds for all time
   edge.is_static = is_static;
   edge.poses.push_back(pose);
@@ -38,7 +39,7 @@ void TransformTree::add(const PoseMessage& transform, bool is_static) {
 void TransformTree::finish() {
   for (auto& [child, edge] : edges_) {
     std::stable_sort(edge.poses.begin(), edge.poses.end(), [](const auto& a, const auto& b) { return a.time_s < b.time_s; });
-    const StampedPose first = edge.poses.front();
+    const PoseSample first = edge.poses.front();
     const bool is_constant =
         std::all_of(edge.poses.begin(), edge.poses.end(), [&](const auto& p) { return same_pose(p, first); });
     if (!is_constant) continue;
@@ -67,8 +68,13 @@ std::vector<std::string> TransformTree::chain(const std::string& frame, const st
   return chain;
 }
 
+bool TransformTree::moves() const {
+  return std::any_of(edges_.begin(), edges_.end(), [](const auto& edge) { return !edge.second.is_static; });
+}
+
 bool TransformTree::moves(const std::vector<std::string>& chain) const {
-  return std::any_of(chain.begin(), chain.end(), [&](const std::string& frame) {
+  // The last frame may move in a world above the chain.
+  return std::any_of(chain.begin(), std::prev(chain.end()), [&](const std::string& frame) {
     const auto edge = edges_.find(frame);
     return edge != edges_.end() && !edge->second.is_static;
   });
@@ -92,7 +98,7 @@ std::optional<Eigen::Matrix4d> TransformTree::fixed(const std::string& target, c
     std::vector<std::pair<std::string, Eigen::Matrix4d>> found = {{frame, Eigen::Matrix4d::Identity()}};
     for (auto edge = edges_.find(frame); edge != edges_.end() && edge->second.is_static && found.size() <= edges_.size();
          edge = edges_.find(found.back().first)) {
-      const StampedPose& pose = edge->second.poses.front();
+      const PoseSample& pose = edge->second.poses.front();
       found.emplace_back(edge->second.parent, to_matrix4(pose.position, pose.rotation) * found.back().second);
     }
     return found;

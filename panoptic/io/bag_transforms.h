@@ -28,7 +28,9 @@ class TransformTree {
   // From the frame up to its root, both included. Throws Error, beginning with `source`, for a frame with two parents, or a
   // circle.
   std::vector<std::string> chain(const std::string& frame, const std::string& source) const;
-  // True if a transform of this chain changes.
+  // True if any transform changes.
+  bool moves() const;
+  // True if a transform of this chain changes. REQUIRES a frame in it.
   bool moves(const std::vector<std::string>& chain) const;
   // The pose of the chain's first frame in its last, where all of its transforms are known.
   std::optional<Eigen::Matrix4d> pose(const std::vector<std::string>& chain, double time_s) const;
@@ -41,7 +43,7 @@ class TransformTree {
     std::string parent;
     std::string other_parent;  // empty: there is none
     bool is_static = false;
-    std::vector<StampedPose> poses;  // of the child in the parent; one if it is static
+    std::vector<PoseSample> poses;  // of the child in the parent; one if it is static
   };
 
   std::map<std::string, Edge> edges_;  // by child

@@ -4,13 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
-#include "panoptic/bag.h"
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
+#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_order.h"
 #include "panoptic/io/recording_list.h"
 #include "panoptic/io/sens.h"
@@ -23,10 +24,11 @@ namespace fs = std::filesystem;
 struct FolderFormat {
   const char* looked_for = "";
   std::optional<FileRecording> (*recognise)(const fs::path& folder) = nullptr;
-  std::optional<FileRecording> (*recognise_by_time)(const fs::path& folder, const PairingOptions& pairing) = nullptr;
+  std::optional<FileRecording> (*recognise_as)(const fs::path& folder, const PairingOptions& pairing) = nullptr;
+  bool is_paired_by_time = false;
 
   std::optional<FileRecording> operator()(const fs::path& folder, const PairingOptions& pairing) const {
-    return recognise_by_time != nullptr ? recognise_by_time(folder, pairing) : recognise(folder);
+    return recognise_as != nullptr ? recognise_as(folder, pairing) : recognise(folder);
   }
 };
 
@@ -35,12 +37,12 @@ constexpr std::array<FolderFormat, 8> kFolderFormats = {{
     {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
     {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
     {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
-    {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum},
+    {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum, true},
     {"Replica (traj.txt, results/)", recognise_replica},
-    {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", recognise_sun3d},
-    {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF",
+    {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", nullptr, recognise_sun3d},
+    {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF", nullptr,
      recognise_plain_folder},
-    {"flat folder (00000.jpg, 00000.png, 00000.txt, intrinsic.txt)", recognise_flat_folder},
+    {"flat folder (00000.jpg, 00000.png, 00000.txt, intrinsic.txt)", nullptr, recognise_flat_folder},
 }};
 
 fs::path without_trailing_slash(const fs::path& path) {
@@ -74,8 +76,36 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
 
 // "run.bag?depth=/camera/depth": a bag, and which of its topics to take.
 std::unique_ptr<Dataset> open_with_choice(const std::string& name, const fs::path& calibration, const PairingOptions& pairing) {
-  const std::size_t mark = name.find('?');
-  return open_bag(name.substr(0, mark), parse_bag_choice(name.substr(mark + 1)), calibration, pairing.tolerance_s);
+  const fs::path bag = path_of_recording(name);
+  return open_bag_as(bag, parse_bag_choice(name.substr(bag.native().size() + 1)), calibration, pairing);
+}
+
+void forget_poses(FileRecording& recording) {
+  for (FileFrame& frame : recording.frames) {
+    frame.pose = Eigen::Matrix4d::Identity();
+    if (frame.problem.starts_with("no pose")) frame.problem.clear();
+  }
+  recording.other_order = {};
+}
+
+[[noreturn]] void refuse_as_unposed(const FileRecording& recording) {
+  throw NoPoses(
+      fmt::format("{}: {} recording without poses; panoptic run --track finds them", recording.root.string(), recording.format));
+}
+
+void require_poses(const FileRecording& recording) {
+  const auto has_pose = [](const FileFrame& frame) { return frame.pose || !frame.pose_file.empty(); };
+  if (recording.frames.empty() || std::any_of(recording.frames.begin(), recording.frames.end(), has_pose)) return;
+  refuse_as_unposed(recording);
+}
+
+// Says so where a folder would be a recording, had it poses.
+void refuse_without_poses(const fs::path& path, const PairingOptions& pairing) {
+  if (pairing.without_poses || has_unread_poses(path)) return;
+  for (const auto& recognise : {recognise_sun3d, recognise_plain_folder, recognise_flat_folder}) {
+    const auto recording = recognise(path, {.tolerance_s = {}, .without_poses = true});
+    if (recording && !recording->frames.empty()) refuse_as_unposed(*recording);
+  }
 }
 
 std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& calibration, const PairingOptions& pairing) {
@@ -84,18 +114,29 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
     if (pairing.tolerance_s) refuse_pairing(path, ".sens");
     return std::make_unique<SensDataset>(*sens, calibration);
   }
-  if (is_file(path) && is_bag_recording(path)) return open_bag(path, {}, calibration, pairing.tolerance_s);
+  if (is_file(path) && is_bag_recording(path)) return open_bag_as(path, {}, calibration, pairing);
   if (!is_folder(path)) not_recognised(path);
   for (const FolderFormat& format : kFolderFormats) {
     std::optional<FileRecording> recording = format(path, pairing);
     if (!recording) continue;
-    if (pairing.tolerance_s && format.recognise_by_time == nullptr) refuse_pairing(path, recording->format);
+    if (pairing.tolerance_s && !format.is_paired_by_time) refuse_pairing(path, recording->format);
     if (!calibration.empty()) read_calibration(calibration, recording->calibration);
+    pairing.without_poses ? forget_poses(*recording) : require_poses(*recording);
     settle_pose_order(*recording);
     return std::make_unique<FileDataset>(std::move(*recording));
   }
-  if (is_bag_recording(path)) return open_bag(path, {}, calibration, pairing.tolerance_s);
+  if (is_bag_recording(path)) return open_bag_as(path, {}, calibration, pairing);
+  refuse_without_poses(path, pairing);
   not_recognised(path);
+}
+
+std::unique_ptr<Dataset> open_readable(const fs::path& path, const fs::path& calibration, const PairingOptions& pairing) {
+  try {
+    if (path_of_recording(path.native()) != path) return open_with_choice(path.native(), calibration, pairing);
+    return open_absolute(without_trailing_slash(path), calibration, pairing);
+  } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
+    throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));
+  }
 }
 
 }  // namespace
@@ -113,13 +154,15 @@ std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& ca
       return open_recording(r.recording, r.calibration, r.pair_tolerance_s);
     });
   }
-  try {
-    if (path.native().find('?') != std::string::npos && !is_there(path))
-      return open_with_choice(path.native(), calibration, {pair_tolerance_s});
-    return open_absolute(without_trailing_slash(path), calibration, {pair_tolerance_s});
-  } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
-    throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));
+  return open_readable(path, calibration, {.tolerance_s = pair_tolerance_s});
+}
+
+std::unique_ptr<Dataset> open_without_poses(const fs::path& path, const fs::path& calibration,
+                                            std::optional<double> pair_tolerance_s) {
+  if (is_recording_list(path)) {
+    throw Error(fmt::format("{}: a list of recordings, and a camera is tracked in one; name one of them", path.string()));
   }
+  return open_readable(path, calibration, {.tolerance_s = pair_tolerance_s, .without_poses = true});
 }
 
 }  // namespace panoptic

@@ -17,6 +17,7 @@
 #include "panoptic/io/bag_poses.h"
 #include "panoptic/io/bag_roles.h"
 #include "panoptic/io/calibration.h"
+#include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/dataset_frame.h"
 #include "panoptic/io/time_pairing.h"
 
@@ -80,7 +81,8 @@ struct ImageTimes {
   double tolerance_s = kMaxTimeDifference_s;
 };
 
-std::vector<BagFrame> frames_of(const ImageTimes& images, const BagPoses& poses) {
+// Without poses every frame has the identity.
+std::vector<BagFrame> frames_of(const ImageTimes& images, const std::optional<BagPoses>& poses) {
   const std::vector<double> color_s = times_of(images.color);
   const std::vector<double> depth_s = times_of(images.depth);
   std::vector<BagFrame> frames;
@@ -89,7 +91,7 @@ std::vector<BagFrame> frames_of(const ImageTimes& images, const BagPoses& poses)
     frame.time_s = pair.depth ? depth_s[*pair.depth] : color_s[*pair.color];
     if (pair.color) frame.color = images.color[*pair.color].message;
     if (pair.depth) frame.depth = images.depth[*pair.depth].message;
-    frame.pose = poses.at(frame.time_s);
+    frame.pose = poses ? poses->at(frame.time_s) : Eigen::Matrix4d(Eigen::Matrix4d::Identity());
     if (!pair.depth) frame.problem = fmt::format("no depth image within {} s", images.tolerance_s);
     if (!pair.color) frame.problem = fmt::format("no colour image within {} s", images.tolerance_s);
     if (frame.problem.empty() && !frame.pose)
@@ -102,7 +104,7 @@ std::vector<BagFrame> frames_of(const ImageTimes& images, const BagPoses& poses)
 }
 
 // Clocks of another beginning leave every image without a partner, or without a pose.
-void require_one_clock(const Bag& bag, const std::vector<BagFrame>& frames, const BagPoses& poses, double tolerance_s) {
+void require_one_clock(const Bag& bag, const std::vector<BagFrame>& frames, const std::string& pose_source, double tolerance_s) {
   const auto any = [&](auto test) { return std::any_of(frames.begin(), frames.end(), test); };
   if (!any([](const BagFrame& f) { return f.color && f.depth; })) {
     throw Error(
@@ -114,7 +116,7 @@ void require_one_clock(const Bag& bag, const std::vector<BagFrame>& frames, cons
     throw Error(fmt::format(
         "{}: no image has a pose in {}: none lies within {} s of one, nor between two that are less than {} s apart; are "
         "the stamps of one clock?",
-        bag.name(), poses.source, kMaxTimeDifference_s, kMaxPoseGap_s));
+        bag.name(), pose_source, kMaxTimeDifference_s, kMaxPoseGap_s));
   }
 }
 
@@ -155,7 +157,7 @@ ImageSize first_size(const Bag& bag, const std::vector<StampedMessage>& list, co
 
 class BagDataset : public Dataset {
  public:
-  BagDataset(const fs::path& path, const BagChoice& choice, const fs::path& calibration, std::optional<double> tolerance_s)
+  BagDataset(const fs::path& path, const BagChoice& choice, const fs::path& calibration, const PairingOptions& pairing)
       : bag_(path) {
     const std::vector<RoledTopic> roles = roles_of(bag_);
     const BagRoles chosen = choose(bag_, roles, choice);
@@ -166,12 +168,13 @@ class BagDataset : public Dataset {
     if (damaged > 0) notes_.left_out.push_back(fmt::format("{} messages of transforms, which cannot be read", damaged));
     calibration_ = calibration_of(bag_, roles, chosen, tree, !calibration.empty(), notes_.assumed);
     if (!calibration.empty()) read_calibration(calibration, calibration_);
-    const BagPoses poses = poses_of(bag_, roles, chosen, std::move(tree));
-    notes_.assumed.insert(notes_.assumed.end(), poses.assumed.begin(), poses.assumed.end());
+    const std::optional<BagPoses> poses =
+        pairing.without_poses ? std::nullopt : std::optional(poses_of(bag_, roles, chosen, std::move(tree)));
+    if (poses) notes_.assumed.insert(notes_.assumed.end(), poses->assumed.begin(), poses->assumed.end());
     const ImageTimes images{stamped(bag_, chosen.color, notes_), stamped(bag_, chosen.depth, notes_),
-                            tolerance_s.value_or(kMaxTimeDifference_s)};
+                            pairing.tolerance_s.value_or(kMaxTimeDifference_s)};
     frames_ = frames_of(images, poses);
-    require_one_clock(bag_, frames_, poses, images.tolerance_s);
+    require_one_clock(bag_, frames_, poses ? poses->source : "", images.tolerance_s);
     calibration_ = fitted(calibration_, first_size(bag_, images.depth, "depth", depth_in),
                           first_size(bag_, images.color, "colour", color_in), bag_.name());
     if (calibration_.color_is_assumed) {
@@ -270,12 +273,19 @@ BagListing list_bag(const fs::path& path) {
   return listing;
 }
 
+fs::path path_of_recording(const std::string& name) { return is_there(name) ? name : name.substr(0, name.find('?')); }
+
 std::unique_ptr<Dataset> open_bag(const fs::path& path, const BagChoice& choice, const fs::path& calibration,
                                   std::optional<double> pair_tolerance_s) {
+  return open_bag_as(path, choice, calibration, {.tolerance_s = pair_tolerance_s});
+}
+
+std::unique_ptr<Dataset> open_bag_as(const fs::path& path, const BagChoice& choice, const fs::path& calibration,
+                                     const PairingOptions& pairing) {
   const fs::path absolute = fs::absolute(path).lexically_normal();
   if (!is_there(absolute)) throw Error(fmt::format("{}: no such file or folder; give the path of a bag", absolute.string()));
   if (!is_bag(absolute)) throw Error(fmt::format("{}: no bag, so it has no topics to choose from", absolute.string()));
-  return std::make_unique<BagDataset>(absolute, choice, calibration, pair_tolerance_s);
+  return std::make_unique<BagDataset>(absolute, choice, calibration, pairing);
 }
 
 }  // namespace panoptic

@@ -54,11 +54,11 @@ RecordingFiles sorted_out(const fs::path& folder) {
 
 }  // namespace
 
-std::optional<FileRecording> recognise_flat_folder(const fs::path& folder) {
+std::optional<FileRecording> recognise_flat_folder(const fs::path& folder, const PairingOptions& pairing) {
   RecordingFiles files = sorted_out(folder);
-  const auto pose_file = pose_file_in(folder);
-  if (files.color.empty() || files.depth.empty() || files.color == files.depth || (files.poses.empty() && !pose_file))
-    return std::nullopt;
+  const auto pose_file = pairing.without_poses ? std::nullopt : pose_file_in(folder);
+  const bool has_poses = !files.poses.empty() || pose_file || pairing.without_poses;
+  if (files.color.empty() || files.depth.empty() || files.color == files.depth || !has_poses) return std::nullopt;
   FileRecording recording{"flat folder", folder, {}, {}};
   recording.calibration.scale_is_assumed = true;
   recording.calibration.color_is_assumed = true;

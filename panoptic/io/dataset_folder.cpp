@@ -53,12 +53,12 @@ std::optional<std::string> pose_file_in(const fs::path& folder) {
   return file ? file : trajectory_log_of_scene(folder);
 }
 
-std::optional<FileRecording> recognise_plain_folder(const fs::path& folder) {
+std::optional<FileRecording> recognise_plain_folder(const fs::path& folder, const PairingOptions& pairing) {
   const auto color = folder_named(folder, kColorFolders);
   const auto depth = folder_named(folder, kDepthFolders);
   const auto poses = folder_named(folder, kPoseFolders);
-  const auto pose_file = pose_file_in(folder);
-  if (!color || !depth || (!poses && !pose_file)) return std::nullopt;
+  const auto pose_file = pairing.without_poses ? std::nullopt : pose_file_in(folder);
+  if (!color || !depth || (!poses && !pose_file && !pairing.without_poses)) return std::nullopt;
   FileRecording recording{"plain folder", folder, {}, {}};
   const auto camera = camera_file_in(folder);
   if (pose_file && fs::path(*pose_file).filename() == "trajectory.log" && camera && ending_of(*camera) == ".json")
@@ -68,7 +68,7 @@ std::optional<FileRecording> recognise_plain_folder(const fs::path& folder) {
   RecordingFiles files{files_in(folder, *color, kColorEndings), files_in(folder, *depth, kDepthEndings), {}};
   require_color_images(folder, *color, files.color);
   if (files.depth.empty()) files.depth = files_in(folder, *depth, kColorEndings);  // the reader says why these are none
-  if (!pose_file) files.poses = files_in(folder, *poses, kPoseEndings);
+  if (!pose_file && poses) files.poses = files_in(folder, *poses, kPoseEndings);
   add_frames_by_name(recording, files);
   if (pose_file) give_poses(recording, read_pose_list(folder / *pose_file), folder / *pose_file);
   return recording;

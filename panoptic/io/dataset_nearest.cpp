@@ -178,4 +178,6 @@ std::string why_no_recording(const fs::path& folder) {
   return to_text(nearest, names);
 }
 
+bool has_unread_poses(const std::filesystem::path& folder) { return !poses_of_another_form(lower_names(folder)).empty(); }
+
 }  // namespace panoptic

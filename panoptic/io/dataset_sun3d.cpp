@@ -52,12 +52,13 @@ const TimedFile& nearest(const std::vector<TimedFile>& files, std::int64_t time_
 
 }  // namespace
 
-std::optional<FileRecording> recognise_sun3d(const fs::path& folder) {
-  if (!is_folder(folder / "image") || !is_folder(folder / "depth") || !is_folder(folder / "extrinsics")) return std::nullopt;
+std::optional<FileRecording> recognise_sun3d(const fs::path& folder, const PairingOptions& pairing) {
+  const bool has_poses = is_folder(folder / "extrinsics") || pairing.without_poses;
+  if (!is_folder(folder / "image") || !is_folder(folder / "depth") || !has_poses) return std::nullopt;
   const std::vector<TimedFile> color = timed_files(folder, "image", kColorEndings);
   const std::vector<TimedFile> depth = timed_files(folder, "depth", kDepthEndings);
-  const std::vector<std::string> extrinsics = files_in(folder, "extrinsics", kPoseEndings);
-  if (color.empty() || depth.empty() || extrinsics.empty()) return std::nullopt;
+  const auto extrinsics = pairing.without_poses ? std::vector<std::string>() : files_in(folder, "extrinsics", kPoseEndings);
+  if (color.empty() || depth.empty() || (extrinsics.empty() && !pairing.without_poses)) return std::nullopt;
   FileRecording recording{"SUN3D", folder, {}, {}};
   if (is_there(folder / "intrinsics.txt")) recording.calibration.depth = read_camera_matrix(folder / "intrinsics.txt");
   recording.depth_bits_turned = 3;
@@ -70,7 +71,7 @@ std::optional<FileRecording> recognise_sun3d(const fs::path& folder) {
     frame.depth = nearest(depth, image.time_us).path;
     recording.frames.push_back(std::move(frame));
   }
-  give_poses(recording, read_pose_list(folder / extrinsics.back()), folder / extrinsics.back());
+  if (!extrinsics.empty()) give_poses(recording, read_pose_list(folder / extrinsics.back()), folder / extrinsics.back());
   return recording;
 }
 

@@ -14,6 +14,7 @@
 #include "panoptic/io/camera_file.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
+#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_list.h"
 #include "panoptic/io/time_pairing.h"
 
@@ -66,9 +67,9 @@ std::vector<StampedFile> read_file_list(const fs::path& path) {
   return list;
 }
 
-std::vector<StampedPose> read_poses(const fs::path& path) {
+std::vector<PoseSample> read_poses(const fs::path& path) {
   constexpr std::size_t kColumns = 8;
-  std::vector<StampedPose> poses;
+  std::vector<PoseSample> poses;
   const std::string text = read_file(path);
   const bool w_first = names_w_first(text).value_or(false);
   for_each_entry(text, [&](std::size_t line, std::span<const std::string_view> words) {
@@ -170,7 +171,7 @@ ImageLists read_associations(const fs::path& path) {
   return lists;
 }
 
-std::vector<FileFrame> frames_of(const ImageLists& lists, const std::vector<StampedPose>& poses) {
+std::vector<FileFrame> frames_of(const ImageLists& lists, const std::vector<PoseSample>& poses) {
   std::vector<FileFrame> frames;
   for (const TimePair& pair : lists.pairs) {
     FileFrame frame;
@@ -196,7 +197,7 @@ std::string range_text(const std::vector<T>& sorted) {
 }
 
 // Lists of another clock or unit leave every image without a partner, or without a pose.
-void require_one_clock(const fs::path& folder, const ImageLists& lists, const std::vector<StampedPose>& poses,
+void require_one_clock(const fs::path& folder, const ImageLists& lists, const std::vector<PoseSample>& poses,
                        const std::vector<FileFrame>& frames) {
   const auto any = [&](auto test) { return std::any_of(frames.begin(), frames.end(), test); };
   if (frames.empty()) return;
@@ -277,11 +278,11 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder, const Pairing
   const bool in_folders = icl && is_folder(folder / "rgb") && is_folder(folder / "depth");
   if (!separate && !associations && !in_folders) return std::nullopt;
   const fs::path trajectory = icl.value_or(folder / "groundtruth.txt");
-  if (!is_there(trajectory)) {
-    throw Error(
-        fmt::format("{}: TUM RGB-D recording without groundtruth.txt; the map needs poses, put a trajectory there "
-                    "('time tx ty tz qx qy qz qw' a line)",
-                    folder.string()));
+  if (!pairing.without_poses && !is_there(trajectory)) {
+    throw NoPoses(fmt::format(
+        "{}: TUM RGB-D recording without groundtruth.txt; put a trajectory there ('time tx ty tz qx qy qz qw' a line), "
+        "or let panoptic run --track find the poses",
+        folder.string()));
   }
   FileRecording recording{icl ? "ICL-NUIM" : "TUM RGB-D", folder, {}, {}};
   set_camera(recording, icl.has_value());
@@ -289,7 +290,11 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder, const Pairing
                            : associations ? read_associations(folder / *associations)
                                           : list_numbered_folders(folder);
   if (!lists.assumed.empty()) recording.assumed.push_back(lists.assumed);
-  const std::vector<StampedPose> poses = read_poses(trajectory);
+  if (pairing.without_poses) {
+    recording.frames = frames_of(lists, {});
+    return recording;
+  }
+  const std::vector<PoseSample> poses = read_poses(trajectory);
   recording.frames = frames_of(lists, poses);
   require_one_clock(folder, lists, poses, recording.frames);
   if (icl) turn_y_round(recording.frames);

@@ -55,13 +55,13 @@ std::vector<TimePair> paired_by_time(const std::vector<double>& color_s, const s
   return pairs;
 }
 
-std::optional<Eigen::Matrix4d> pose_at(const std::vector<StampedPose>& poses, double time_s, double bracket_s) {
+std::optional<Eigen::Matrix4d> pose_at(const std::vector<PoseSample>& poses, double time_s, double bracket_s) {
   const auto after =
-      std::lower_bound(poses.begin(), poses.end(), time_s, [](const StampedPose& p, double t) { return p.time_s < t; });
+      std::lower_bound(poses.begin(), poses.end(), time_s, [](const PoseSample& p, double t) { return p.time_s < t; });
   if (after != poses.end() && after->time_s == time_s) return to_matrix4(after->position, after->rotation);
   if (after != poses.end() && after != poses.begin()) {
-    const StampedPose& b = *after;
-    const StampedPose& a = *std::prev(after);
+    const PoseSample& b = *after;
+    const PoseSample& a = *std::prev(after);
     if (b.time_s - a.time_s < bracket_s) {
       const double t = (time_s - a.time_s) / (b.time_s - a.time_s);
       return to_matrix4((1 - t) * a.position + t * b.position, a.rotation.slerp(t, b.rotation));

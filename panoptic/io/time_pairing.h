@@ -24,7 +24,7 @@ struct TimePair {
 // The smallest time differences first; each image is used once. REQUIRES sorted times.
 std::vector<TimePair> paired_by_time(const std::vector<double>& color_s, const std::vector<double>& depth_s, double tolerance_s);
 
-struct StampedPose {
+struct PoseSample {
   double time_s = 0;
   Vec3d position = Vec3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
@@ -32,6 +32,6 @@ struct StampedPose {
 
 // The pose of this time; else between the poses before and after it (positions linearly, rotations along the shortest way: slerp)
 // if they are less than `bracket_s` apart; else the nearest one within kMaxTimeDifference_s. REQUIRES poses sorted by time.
-std::optional<Eigen::Matrix4d> pose_at(const std::vector<StampedPose>& poses, double time_s, double bracket_s);
+std::optional<Eigen::Matrix4d> pose_at(const std::vector<PoseSample>& poses, double time_s, double bracket_s);
 
 }  // namespace panoptic

@@ -30,6 +30,7 @@ inline constexpr const char* kComplete = "complete";
 inline constexpr const char* kUp = "up";
 inline constexpr const char* kProgram = "program";
 inline constexpr const char* kOnline = "online";
+inline constexpr const char* kTracked = "tracked";         // its poses were found by the run
 inline constexpr const char* kMerged = "merged";           // two maps as one (map_pairs.h)
 inline constexpr const char* kRebuilt = "rebuilt";         // with these corrected poses (rebuild_file.h)
 inline constexpr const char* kFromFormat = "from_format";  // saved anew from a file of an older format: that one's number

@@ -71,6 +71,12 @@ void require_resumable(const std::filesystem::path& path, const SavedMap& saved,
                     "recording anew, into another file",
                     path.string(), older, kMapFormat));
   }
+  if (identity.tracked || !note_or_empty(saved, run_note::kTracked).empty()) {
+    throw Error(
+        fmt::format("{}: a run that tracked the camera cannot be resumed, for the file does not hold the tracker's memory; "
+                    "choose another file",
+                    path.string()));
+  }
   if (identity.online || !note_or_empty(saved, run_note::kOnline).empty()) {
     throw Error(fmt::format("{}: an online run cannot be resumed, for what it dropped depends on the moment; choose another file",
                             path.string()));
@@ -135,6 +141,10 @@ Options options_of(const SavedMap& saved) {
   return options;
 }
 
+std::optional<Vec3d> noted_up(const SavedMap& saved) {
+  return note_or_empty(saved, run_note::kUp).empty() ? std::nullopt : std::optional(up_of(saved));
+}
+
 FrameRecord record_of(const Frame& frame, bool labelled, const Outcome& outcome) {
   FrameRecord record{.frame = frame.index, .time_s = frame.time_s, .labelled = labelled, .unused_because = outcome.reason};
   if (is_finite(frame.world_from_camera)) record.world_from_camera = frame.world_from_camera;
@@ -145,6 +155,7 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
     : settings_(std::move(settings)), identity_(texts_of(identity)) {
   identity_[run_note::kProgram] = fmt::format("panoptic {}", version());
   if (identity.online) identity_[run_note::kOnline] = "1";
+  if (identity.tracked) identity_[run_note::kTracked] = "1";
   const bool exists = is_there(settings_.path);
   if (exists && !settings_.resume) {
     throw Error(
@@ -173,6 +184,11 @@ void Checkpoints::resume(const RunIdentity& identity, Mapper& mapper) {
   }
   was_complete_ = is_complete(saved);
   MapperState state = mapper_state(saved, resumed_frames_, load_log(settings_.path));
+  const std::optional<SpaceView>& last_view = saved.map.free_space.last_view();
+  if (last_view && last_view->time >= state.frames.used()) {
+    throw Error(fmt::format("{} lacks frames that its free space was seen from; the file is damaged: use another copy",
+                            settings_.path.string()));
+  }
   writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
   saved_epoch_ = saved.map.voxels.epoch();
   mapper.parts().restore(std::move(saved.map), std::move(state));

@@ -33,6 +33,7 @@ struct RunIdentity {
   std::optional<double> pair_tolerance_s = {};
   std::string recordings = {};    // of a list: to_text below
   std::string pose_updates = {};  // absolute path of the file of corrections; empty: none
+  bool tracked = false;           // poses are the run's own: it can be kept, but not resumed
 };
 
 // All that decides which frames come of the recordings of a list, one a line.

@@ -15,6 +15,7 @@
 #include "panoptic/error.h"
 #include "panoptic/fusion/reference_labels.h"
 #include "panoptic/mapping/mapper_parts.h"
+#include "panoptic/tracking/motion.h"
 
 namespace panoptic {
 namespace {
@@ -23,8 +24,8 @@ constexpr double kArm_m = 2;  // see map.pose_tolerance_m
 
 // How far a point before the camera moves, or farther.
 double shift_m(const Pose& before, const Pose& after) {
-  const Pose step = before.inverse() * after;
-  return step.translation().norm() + kArm_m * Eigen::AngleAxisd(step.linear()).angle();
+  const PoseDifference moved = difference(before, after);
+  return moved.distance_m + kArm_m * moved.angle_rad;
 }
 
 // A registry without objects that goes on where another one is.

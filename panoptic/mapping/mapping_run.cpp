@@ -47,6 +47,8 @@ class PoseCorrector {
   void passed(std::int64_t frame, std::size_t position) {
     finder_.note(frame, position);
     while (!left_.empty() && left_.front().at_frame == frame) apply_next();
+    if (run_.tracker == nullptr) return;
+    if (const std::vector<PoseUpdate> poses = run_.tracker->corrections(); !poses.empty()) apply(poses);
   }
   void apply_all() {
     while (!left_.empty()) apply_next();
@@ -59,7 +61,10 @@ class PoseCorrector {
   void apply_next() {
     const PoseUpdates& updates = left_.front();
     left_ = left_.subspan(1);
-    done_.push_back(run_.mapper.update_poses(updates.poses, [&](std::int64_t frame) { return finder_.read(frame); }));
+    apply(updates.poses);
+  }
+  void apply(std::span<const PoseUpdate> poses) {
+    done_.push_back(run_.mapper.update_poses(poses, [&](std::int64_t frame) { return finder_.read(frame); }));
   }
 
   const MappingRun& run_;
@@ -68,10 +73,30 @@ class PoseCorrector {
   std::vector<Correction>& done_;
 };
 
+// The pose that the recording gives, if it gives one.
+std::optional<Pose> given_pose(const Frame& frame, std::size_t position, const MappingRun& run) {
+  if (run.given_poses == nullptr) return std::nullopt;
+  return run.given_poses == &run.dataset ? std::optional(frame.world_from_camera) : run.given_poses->pose(position);
+}
+
+// False if the camera is lost: then the frame counts as skipped.
+bool locate(Frame& frame, std::size_t position, const MappingRun& run, RunRecorder& recorder) {
+  if (run.tracker == nullptr) return true;
+  const Stopwatch tracking;
+  const auto given = given_pose(frame, position, run);
+  const Outcome located = run.tracker->locate(frame, run.mapper.map().voxels, given);
+  run.mapper.profile().add("locate", tracking.seconds());
+  if (located.used) return true;
+  run.mapper.skip({frame.index, located.reason});
+  recorder.not_given({.frame = frame.index, .time_s = frame.time_s, .unused_because = located.reason});
+  return false;
+}
+
 void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
   const auto frame = std::make_shared<const Frame>(publisher != nullptr ? kept(std::move(read)) : std::move(read));
   const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
   const Outcome outcome = run.mapper.add(*frame, *segmentation);
+  if (outcome.used && run.tracker != nullptr) run.tracker->keep(*frame);
   recorder.frame(*frame, !segmentation->segment_at.empty(), outcome);
   if (outcome.used && publisher != nullptr) publisher->added(frame, segmentation);
 }
@@ -90,13 +115,14 @@ std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublish
     if (!read) break;
     run.mapper.profile().add("read", waiting.seconds());
     const std::int64_t frame = read->frame ? read->frame->index : read->skipped.index;
-    if (read->frame) {
+    const std::size_t position = run.range.begin + done * run.range.step;
+    if (read->frame && locate(*read->frame, position, run, recorder)) {
       map_frame(std::move(*read->frame), run, recorder, publisher);
-    } else {
+    } else if (!read->frame) {
       run.mapper.skip(read->skipped);
       recorder.not_given({.frame = read->skipped.index, .unused_because = read->skipped.reason});
     }
-    corrector.passed(frame, run.range.begin + done * run.range.step);
+    corrector.passed(frame, position);
     recorder.save_if_due(run.mapper);
   }
   corrector.apply_all();
@@ -115,6 +141,7 @@ MappingResult result_of(const MappingRun& run, const RunRecorder& recorder) {
   if (run.predictor != nullptr) result.without_prediction = run.mapper.frames().used() - run.mapper.labelled();
   result.first_used = recorder.first_used();
   result.last_used = recorder.last_used();
+  if (run.tracker != nullptr) result.tracking = run.tracker->report();
   return result;
 }
 

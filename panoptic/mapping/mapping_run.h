@@ -15,10 +15,12 @@
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/publisher_loop.h"
+#include "panoptic/mapping/run_tracker.h"
 #include "panoptic/online.h"
 #include "panoptic/pose_update.h"
 #include "panoptic/predictor.h"
 #include "panoptic/source.h"
+#include "panoptic/tracked_run.h"
 
 namespace panoptic {
 
@@ -34,6 +36,11 @@ struct MappingRun {
   std::span<const PoseUpdates> pose_updates = {};
   // Called with the number of positions done, before each; false: the run is to end there.
   std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };
+  // Gives the frames their poses, in place of the dataset's; nullptr: those of the dataset count. Not online.
+  RunTracker* tracker = nullptr;
+  // The recording with its own poses, for the report of the tracker: `dataset` itself if its frames have them, another that was
+  // opened beside it, or nullptr if there are none.
+  const Dataset* given_poses = nullptr;
 };
 
 // A failure is not thrown: what was mapped before is worth keeping.
@@ -45,6 +52,7 @@ struct MappingResult {
   std::optional<std::int64_t> last_used;
   std::optional<OnlineReport> online;
   std::vector<Correction> corrections;  // in their order
+  std::optional<TrackingReport> tracking;
 };
 
 // Frame after frame to the end of the range, then Mapper::finish. A resumed run goes on where its map file is. `publisher`: for

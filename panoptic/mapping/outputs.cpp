@@ -99,6 +99,40 @@ Json to_json(const Correction& c) {
   return json;
 }
 
+Json to_json(const TrackingSpan& span) {
+  Json json = {{"state", to_text(span.state)},
+               {"first_frame", span.first_frame},
+               {"last_frame", span.last_frame},
+               {"frames", span.frames}};
+  if (span.state == TrackingState::kLost) {
+    json["reason"] = span.reason;
+  } else {
+    json["least_quality"] = span.least_quality;
+  }
+  return json;
+}
+
+Json to_json(const TrackingReport& t) {
+  Json json = {{"tracked", t.tracked},           {"lost", t.lost},          {"keyframes", t.keyframes},
+               {"mean_quality", t.mean_quality}, {"loops", t.loops.size()}, {"spans", Json::array()}};
+  for (const TrackingSpan& span : t.spans) json["spans"].push_back(to_json(span));
+  return json;
+}
+
+Json loops_json(const std::vector<Loop>& loops) {
+  Json list = Json::array();
+  for (const Loop& loop : loops) {
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = loop.earlier_from_frame.matrix();
+    list.push_back({{"frame", loop.frame},
+                    {"earlier_frame", loop.earlier_frame},
+                    {"earlier_from_frame", std::vector<double>(m.data(), m.data() + m.size())},
+                    {"moved_m", loop.moved_m},
+                    {"is_believed", loop.is_believed},
+                    {"corrects", loop.corrects}});
+  }
+  return {{"loops", std::move(list)}};
+}
+
 Json to_json(const RunRecording& r) {
   const auto path = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r.world_from_recording.linear();
@@ -260,6 +294,7 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
   report["wall_s"] = run.wall_s;
   report["frames_per_s"] = run.wall_s > 0 ? static_cast<double>(mapper.frames().used()) / run.wall_s : 0;
   if (run.online) report["online"] = to_json(*run.online);
+  if (run.tracking) report["tracking"] = to_json(*run.tracking);
   for (const Correction& correction : run.corrections) report["corrections"].push_back(to_json(correction));
   report["stages"] = to_json(mapper.profile());
   report["peak_rss_mb"] = peak_rss_mb();
@@ -273,6 +308,20 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
   return report;
 }
 
+// Loops, and beside the trajectory the one that the recording has.
+void write_tracking(const std::filesystem::path& folder, const std::optional<TrackingReport>& tracking) {
+  for (const char* name : {"loops.json", "given_trajectory.txt"}) {  // of an earlier run
+    std::error_code ignored;
+    std::filesystem::remove(folder / name, ignored);
+  }
+  if (!tracking) return;
+  write_json_file(folder / "loops.json", loops_json(tracking->loops));
+  if (tracking->given.empty()) return;
+  std::vector<TimedPose> given;
+  for (const FramePose& pose : tracking->given) given.push_back({pose.time_s, pose.world_from_camera});
+  write_file(folder / "given_trajectory.txt", trajectory_text(given));
+}
+
 WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, const Options& options, const RunSummary& run) {
   const Mesh mesh = mapper.parts().last_mesh();
   const auto step = [](const auto& write) {
@@ -283,6 +332,7 @@ WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, co
   step([&] { write_json_file(folder / "objects.json", objects_json(mapper, mesh)); });
   write_file(folder / "options.toml", to_toml(options));
   write_file(folder / "trajectory.txt", trajectory_text(mapper.frames().trajectory()));
+  write_tracking(folder, run.tracking);
   step([&] { write_glb(folder / "scene.glb", mesh, mapper.map().labels, mapper.up()); });
   step([&] {
     run.pictures ? write_views(folder / "views", mesh, mapper.up(), mapper.map().labels) : remove_views(folder / "views");

@@ -50,7 +50,9 @@ void require_log(const std::filesystem::path& map, const SavedMap& saved, const 
 
 MappedRecording mapped_recording(const std::filesystem::path& map) {
   const SavedMap saved = load_map(map);
-  MappedRecording mapped{note_or_empty(saved, run_note::kRecording), note_or_empty(saved, run_note::kCalibration), {}};
+  MappedRecording mapped{note_or_empty(saved, run_note::kRecording), note_or_empty(saved, run_note::kCalibration), {}, {}};
+  const std::string range = note_or_empty(saved, run_note::kFrames);
+  if (!range.empty()) mapped.range = parse_frame_range(range);
   if (mapped.recording.empty()) throw Error(fmt::format("{} does not say of which recording it was made", map.string()));
   const std::string tolerance = note_or_empty(saved, run_note::kPairTolerance);
   double value = 0;

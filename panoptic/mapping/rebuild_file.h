@@ -20,6 +20,7 @@ struct MappedRecording {
   std::string recording;    // what open_dataset takes
   std::string calibration;  // empty: none
   std::optional<double> pair_tolerance_s;
+  FrameRange range;  // of its positions, which the run read
 };
 // Throws Error: no sound map, or one that was not made by a run.
 MappedRecording mapped_recording(const std::filesystem::path& map);

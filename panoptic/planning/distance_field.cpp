@@ -76,6 +76,8 @@ struct DistanceField::State {
   Cells surface_cells(const VoxelMap& voxels, Slot slot) const;
   double value(const Cell& cell) const;
   Corners corners(const Vec3d& p) const;
+  // A map that was fused anew from corrected poses may have fewer blocks.
+  void forget_blocks_from(std::size_t slot);
 
   Pose grid_from_world;
   Pose world_from_grid;
@@ -124,6 +126,13 @@ Corners DistanceField::State::corners(const Vec3d& p) const {
   return corners;
 }
 
+void DistanceField::State::forget_blocks_from(std::size_t slot) {
+  for (; slot < of_block.size(); ++slot) {
+    for (const Cell& cell : of_block[slot]) cells.remove(cell);
+    of_block[slot].clear();
+  }
+}
+
 DistanceField::DistanceField(const UpFrame& frame, const DistanceFieldOptions& o) {
   if (!(o.cell_m >= 0.01 && o.cell_m <= 1)) throw Error(fmt::format("cells of {} m: they take 0.01 to 1 m", o.cell_m));
   if (!(o.cap_m >= o.cell_m && o.cap_m <= DistanceCells::kMostReach * o.cell_m)) {
@@ -146,6 +155,7 @@ void DistanceField::update(const PanopticMap& map) {
   std::vector<Cells> found(slots.size());
   parallel_for(slots.size(), [&](std::size_t i) { found[i] = s.surface_cells(map.voxels, slots[i]); });
   s.cells.cover(box_around(found));
+  s.forget_blocks_from(map.voxels.block_count());
   s.of_block.resize(map.voxels.block_count());
   for (std::size_t i = 0; i < slots.size(); ++i) {
     Cells& before = s.of_block[slots[i]];

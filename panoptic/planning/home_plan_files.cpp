@@ -109,13 +109,17 @@ Json rooms_json(const HomePlan& plan) {
 
 }  // namespace
 
-void write_home_plan(const HomePlan& plan, const LabelSet& labels, const std::filesystem::path& folder) {
+Json affordances_json(const HomePlan& plan) {
   Json affordances = head(plan);
   affordances["seats"] = seats_json(plan);
   affordances["lying_places"] = lying_places_json(plan);
   affordances["table_tops"] = table_tops_json(plan);
   affordances["doors"] = doors_json(plan);
-  write_json_file(folder / "affordances.json", affordances);
+  return affordances;
+}
+
+void write_home_plan(const HomePlan& plan, const LabelSet& labels, const std::filesystem::path& folder) {
+  write_json_file(folder / "affordances.json", affordances_json(plan));
   Json rooms = head(plan);
   rooms["rooms"] = rooms_json(plan);
   write_json_file(folder / "rooms.json", rooms);

@@ -124,24 +124,33 @@ void write_navigation(const Folder& folder, const Ground& ground, const RecastMe
                                             {"world_from_grid", to_json(Pose(ground.frame.grid_from_world.inverse()))}});
 }
 
-void write_walls(const Folder& folder, const std::vector<WallMesh>& walls, const UpFrame& frame) {
-  const Pose world_from_grid = frame.grid_from_world.inverse();
+std::string wall_bytes(const std::vector<WallMesh>& walls) {
   std::string bytes;
+  for (const WallMesh& wall : walls) bytes += wall.mesh.bytes();
+  return bytes;
+}
+
+Json walls_json(const std::vector<WallMesh>& walls, const UpFrame& frame) {
+  const Pose world_from_grid = frame.grid_from_world.inverse();
+  std::size_t offset = 0;
   Json list = Json::array();
   for (const WallMesh& wall : walls) {
-    const std::string mesh = wall.mesh.bytes();
+    const std::size_t bytes = wall.mesh.bytes().size();
     const Pose grid_from_wall = wall.wall_from_grid.inverse();
-    list.push_back({{"offset", bytes.size()},
-                    {"bytes", mesh.size()},
+    list.push_back({{"offset", offset},
+                    {"bytes", bytes},
                     {"area_m2", wall.area_m2},
                     {"polygons", wall.mesh.polygon_count()},
                     {"grid_from_wall", to_json(grid_from_wall)},
                     {"world_from_wall", to_json(Pose(world_from_grid * grid_from_wall))}});
-    bytes += mesh;
+    offset += bytes;
   }
-  write_file(folder / "walls.bin", bytes);
-  write_json_file(folder / "walls.json",
-                  {{"agent", agent_json(kInsect)}, {"walls", list}, {"world_from_grid", to_json(world_from_grid)}});
+  return {{"agent", agent_json(kInsect)}, {"walls", list}, {"world_from_grid", to_json(world_from_grid)}};
+}
+
+void write_walls(const Folder& folder, const std::vector<WallMesh>& walls, const UpFrame& frame) {
+  write_file(folder / "walls.bin", wall_bytes(walls));
+  write_json_file(folder / "walls.json", walls_json(walls, frame));
 }
 
 void write_path(const Folder& folder, const Path& path, const Journey& journey, const UpFrame& frame) {

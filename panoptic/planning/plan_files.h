@@ -10,6 +10,7 @@
 
 #include "panoptic/base/json.h"
 #include "panoptic/distance_field.h"
+#include "panoptic/home_plan.h"
 #include "panoptic/planning/grids.h"
 #include "panoptic/planning/ground.h"
 #include "panoptic/planning/wall_meshes.h"
@@ -32,8 +33,12 @@ std::string grid_name(const HeightBand& band);
 void write_semantic(const Folder& folder, const SemanticGrid& semantic, const LabelSet& labels, const UpFrame& frame);
 // navmesh.bin, navmesh.glb and navmesh.json.
 void write_navigation(const Folder& folder, const Ground& ground, const RecastMesh& mesh, const LabelSet& labels);
-// walls.bin and walls.json.
+// The contents of walls.bin and walls.json, and the files.
+std::string wall_bytes(const std::vector<WallMesh>& walls);
+Json walls_json(const std::vector<WallMesh>& walls, const UpFrame& frame);
 void write_walls(const Folder& folder, const std::vector<WallMesh>& walls, const UpFrame& frame);
+// The contents of affordances.json (docs/home_plan.md).
+Json affordances_json(const HomePlan& plan);
 // path.json; path.png is the caller's.
 void write_path(const Folder& folder, const Path& path, const Journey& journey, const UpFrame& frame);
 

@@ -150,8 +150,16 @@ class Bags(unittest.TestCase):
 
         self.assertIn("no depth images", refused(lambda m: m[1] != "/camera/depth/image"))
         self.assertIn("no colour images", refused(lambda m: m[1] != "/camera/rgb/image"))
-        self.assertIn("holds no poses", refused(lambda m: m[1] != "/tf"))
         self.assertIn("no CameraInfo beside the depth images", refused(lambda m: "camera_info" not in m[1]))
+
+    def test_without_poses_the_camera_is_tracked(self):
+        path = self.folder / "poseless.db3"
+        writers.write_db3(path, [m for m in room.messages() if m[1] != "/tf"])
+        done = self.call("run", path, "-o", self.folder / "tracked", "--set", "map.voxel_size_m=0.08", "--no-pictures", "--threads", "2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("the camera is tracked", done.stdout)
+        self.assertEqual(json.loads((self.folder / "tracked/report.json").read_text())["frames"]["used"], room.FRAMES)
+        self.assertIn("holds no poses", self.call("doctor", path).stderr)
 
     def test_frames_that_are_not_connected_are_named(self):
         messages = room.messages(poses="odometry")

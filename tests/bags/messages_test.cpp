@@ -79,6 +79,13 @@ TEST(Messages, CountsThatLieTakeNoMemory) {
 
 ImageMessage image_of(const std::string& bytes) { return decode_image(bytes_of(bytes), "ros1"); }
 
+CompressedImageMessage packed(const std::string& format, MessageBytes data) {
+  CompressedImageMessage message;
+  message.format = format;
+  message.data = data;
+  return message;
+}
+
 TEST(ImageMessages, DepthIsReadInBothByteOrdersAndWithPaddedRows) {
   const std::string little("\1\0\2\0ppp\3\0\4\0ppp", 14);
   const std::string big("\0\1\0\2ppp\0\3\0\4ppp", 14);
@@ -110,7 +117,7 @@ TEST(ImageMessages, UnknownEncodingsAreRefusedByName) {
   const std::string bayer = image_bytes({1, "f", 1, 1, "bayer_rggb8", false, 1, "a"});
   EXPECT_THAT(error_of([&] { color_of(image_of(bayer)); }), testing::HasSubstr("'bayer_rggb8'"));
   EXPECT_THAT(error_of([&] { depth_of(image_of(bayer)); }), testing::HasSubstr("'bayer_rggb8'"));
-  const CompressedImageMessage rvl{{}, "16UC1; compressedDepth rvl", {}};
+  const CompressedImageMessage rvl = packed("16UC1; compressedDepth rvl", {});
   EXPECT_THAT(error_of([&] { depth_of(rvl); }), testing::HasSubstr("rvl"));
 }
 
@@ -134,11 +141,11 @@ TEST(ImageMessages, CompressedDepthIsPngAfterItsHead) {
   const float b = -10;
   std::string data = number_bytes(std::uint32_t{0}) + number_bytes(a) + number_bytes(b);
   data.append(png.begin(), png.end());
-  EXPECT_EQ(std::get<Image<std::uint16_t>>(depth_of({{}, "16UC1; compressedDepth png", bytes_of(data)})), stored);
-  const auto metres = std::get<Image<float>>(depth_of({{}, "32FC1; compressedDepth", bytes_of(data)}));
+  EXPECT_EQ(std::get<Image<std::uint16_t>>(depth_of(packed("16UC1; compressedDepth png", bytes_of(data)))), stored);
+  const auto metres = std::get<Image<float>>(depth_of(packed("32FC1; compressedDepth", bytes_of(data))));
   EXPECT_EQ(metres[0], 0) << "no reading";
   for (std::size_t i = 1; i < stored.size(); ++i) EXPECT_FLOAT_EQ(metres[i], a / (static_cast<float>(stored[i]) - b));
-  EXPECT_THROW(depth_of({{}, "16UC1; compressedDepth", bytes_of(data).first(5)}), MessageError);
+  EXPECT_THROW(depth_of(packed("16UC1; compressedDepth", bytes_of(data).first(5))), MessageError);
 }
 
 TEST(ImageMessages, TheirKindIsToldByTheEncoding) {

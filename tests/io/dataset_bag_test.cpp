@@ -9,6 +9,7 @@
 
 #include "panoptic/bag.h"
 #include "panoptic/base/files.h"
+#include "panoptic/io/open_without_poses.h"
 #include "tests/bags/bag_bytes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
@@ -102,12 +103,32 @@ TEST(DatasetBag, RefusesWhatItCannotConnect) {
   EXPECT_THAT(refusal(write_bag(fresh_folder("color"), fields)), HasSubstr("of another frame than depth"));
   fields = {};
   fields.pose_topic = "";
-  EXPECT_THAT(refusal(write_bag(fresh_folder("poseless"), fields)), HasSubstr("holds no poses"));
-  fields.more = {{"/tf", "tf2_msgs/TFMessage", 100, transform_bytes(100, "odom", "base_link", {0, 0, 0})}};
+  fields.more = {{"/tf", "tf2_msgs/TFMessage", 100, transform_bytes(100, "odom", "base_link", {0, 0, 0})},
+                 {"/tf", "tf2_msgs/TFMessage", 101, transform_bytes(101, "odom", "base_link", {1, 0, 0})}};
   EXPECT_THAT(refusal(write_bag(fresh_folder("loose"), fields)), HasSubstr("no transform leads to the frame 'camera'"));
   fields = {};
   fields.pose_shift_s = 50;
   EXPECT_THAT(refusal(write_bag(fresh_folder("clocks"), fields)), HasSubstr("of one clock"));
+}
+
+TEST(DatasetBag, WithoutPosesIsOpenedToBeTracked) {
+  BagFields fields;
+  fields.pose_topic = "";
+  const fs::path bare = write_bag(fresh_folder("poseless"), fields);
+  EXPECT_THROW(open_recording(bare), NoPoses);
+  EXPECT_THAT(refusal(bare), HasSubstr("holds no poses"));
+  // A camera that only stands fixed on its robot has no poses either.
+  fields.more = {{"/tf_static", "tf2_msgs/TFMessage", 100, transform_bytes(100, "base_link", "camera", {0, 0, 1})}};
+  const fs::path fixed = write_bag(fresh_folder("fixed"), fields);
+  EXPECT_THROW(open_recording(fixed), NoPoses);
+  for (const std::string& name : {bare.string(), fixed.string(), fixed.string() + "?depth=/d/image"}) {
+    const auto dataset = open_without_poses(name);
+    ASSERT_EQ(dataset->size(), 3U);
+    EXPECT_TRUE(dataset->read(2).frame->world_from_camera.isApprox(Pose::Identity(), 0)) << name;
+  }
+  // Poses that are there are not looked at.
+  const auto posed = open_without_poses(write_bag(fresh_folder("posed")));
+  EXPECT_TRUE(posed->read(2).frame->world_from_camera.isApprox(Pose::Identity(), 0));
 }
 
 TEST(DatasetBag, TakesTheTopicsThatItsNameChooses) {

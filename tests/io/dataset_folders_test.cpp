@@ -286,8 +286,7 @@ TEST(Folders, NameTheNearestFormatAndWhatItLacks) {
   const fs::path root = fresh_folder("plain");
   write_images(root);
   write_text(root / "K.txt", intrinsic_text(depth_camera()));
-  EXPECT_THAT(error_of(root),
-              HasSubstr("nearest is plain folder: it has images/ (or color/, rgb/), depth/, K.txt and lacks poses.txt"));
+  EXPECT_THAT(error_of(root), HasSubstr("plain folder recording without poses; panoptic run --track finds them"));
   const fs::path replica = fresh_folder("room0");
   write_text(replica / "results" / "frame000000.jpg", "as a flat folder has it");
   write_text(replica / "results" / "depth000000.png", "as a flat folder has it");

@@ -182,10 +182,13 @@ TEST(Resume, MayTakeLessMemoryThanTheRunBefore) {
 
 // 72 frames, of which 2 are labelled: to have been seen once is enough, as it is in a recording of 2 frames.
 TEST(Resume, ObservationsAreAskedForByLabelledFramesAlsoOfTheRunBefore) {
-  const auto add = [](int i, Mapper& mapper) {
-    Segmentation segmentation = i == 30 || i == 60 ? segmentation_of(frame_at(i % kFrames)) : Segmentation{};
+  const auto add = [](int i, Mapper& mapper, Checkpoints& checkpoints) {
+    const Frame& frame = frame_at(i % kFrames);
+    const bool labelled = i == 30 || i == 60;
+    Segmentation segmentation = labelled ? segmentation_of(frame) : Segmentation{};
     if (i == 60) segmentation.segments[0] = segmentation.segments[2] = {ClassId{1}, 1, {}};  // the balls are missed
-    ASSERT_EQ(mapper.add(frame_at(i % kFrames), segmentation), Outcome{});
+    ASSERT_EQ(mapper.add(frame, segmentation), Outcome{});
+    checkpoints.note({.frame = i, .time_s = 0.1 * i, .world_from_camera = frame.world_from_camera, .labelled = labelled});
   };
   RunIdentity run = identity();
   run.options.regularizer.enabled = false;
@@ -193,16 +196,28 @@ TEST(Resume, ObservationsAreAskedForByLabelledFramesAlsoOfTheRunBefore) {
   {
     Mapper mapper(run.options, test::test_labels());
     Checkpoints checkpoints(settings(path), run, mapper);
-    for (int i = 0; i < 40; ++i) add(i, mapper);
+    for (int i = 0; i < 40; ++i) add(i, mapper, checkpoints);
     checkpoints.finish(mapper, false);
   }
   Mapper mapper(run.options, test::test_labels());
-  const Checkpoints checkpoints(settings(path), run, mapper);
-  for (int i = 40; i < 72; ++i) add(i, mapper);
+  Checkpoints checkpoints(settings(path), run, mapper);
+  for (int i = 40; i < 72; ++i) add(i, mapper, checkpoints);
   mapper.finish();
   EXPECT_EQ(mapper.labelled(), 2U);
   const std::vector<Object> all = mapper.map().objects.state().objects;
   EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](const Object& o) { return o.observations == 1; }));
+}
+
+TEST(Resume, RefusesAFileThatLacksTheFramesOfItsMap) {
+  const auto path = fresh_folder() / "map.panoptic";
+  {
+    Mapper mapper(identity().options, test::test_labels());
+    Checkpoints checkpoints(settings(path), identity(), mapper);
+    ASSERT_EQ(mapper.add(frame_at(0), Segmentation{}), Outcome{});  // and not noted
+    checkpoints.finish(mapper, false);
+  }
+  Mapper mapper(identity().options, test::test_labels());
+  EXPECT_THAT(error_of([&] { Checkpoints(settings(path), identity(), mapper); }), HasSubstr("lacks frames"));
 }
 
 TEST(Resume, OfACompleteMapHasNothingToDo) {

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "panoptic/planning/surface_samples.h"
 #include "tests/expect_error.h"
@@ -63,6 +64,15 @@ TEST(DistanceField, IsWithinACellOfTheNearestSurface) {
   }
 }
 
+void expect_same(const DistanceField& field, const DistanceField& other) {
+  const auto a = field.values();
+  const auto b = other.values();
+  ASSERT_EQ(a.size, b.size);
+  for (std::size_t i = 0; i < a.distance_m.size(); ++i) {
+    ASSERT_TRUE(a.distance_m[i] == b.distance_m[i] || (std::isnan(a.distance_m[i]) && std::isnan(b.distance_m[i])));
+  }
+}
+
 TEST(DistanceField, FollowsAChangeAsIfMadeAnew) {
   PanopticMap map = test::furnished_map(Pose::Identity(), 0.05F);
   DistanceField field(frame_of(Pose::Identity()));
@@ -80,14 +90,24 @@ TEST(DistanceField, FollowsAChangeAsIfMadeAnew) {
   field.update(map);
   DistanceField fresh(frame_of(Pose::Identity()));
   fresh.update(map);
-  const auto followed = field.values();
-  const auto anew = fresh.values();
-  ASSERT_EQ(followed.size, anew.size);
-  for (std::size_t i = 0; i < anew.distance_m.size(); ++i) {
-    ASSERT_TRUE(followed.distance_m[i] == anew.distance_m[i] ||
-                (std::isnan(followed.distance_m[i]) && std::isnan(anew.distance_m[i])));
-  }
+  expect_same(field, fresh);
   EXPECT_NE(field.distance_at({0.9, -0.7, 0.5}), without_chair);
+}
+
+TEST(DistanceField, FollowsAMapThatWasFusedAnewWithFewerBlocks) {
+  PanopticMap map = test::furnished_map(Pose::Identity(), 0.05F);
+  DistanceField field(frame_of(Pose::Identity()));
+  field.update(map);
+  PanopticMap smaller({.voxel_size_m = 0.05F}, map.labels);
+  smaller.voxels.restore_epochs(map.voxels.epoch() + 1, {});
+  test::add_solids(smaller.voxels, {test::solid_ground(Vec3d::UnitZ(), 0.3, test::kFloorSlot)}, {-1, -1, 0}, {1, 1, 0.7});
+  ASSERT_LT(smaller.voxels.block_count(), map.voxels.block_count());
+  map.voxels = std::move(smaller.voxels);
+  field.update(map);
+  DistanceField fresh(frame_of(Pose::Identity()));
+  fresh.update(map);
+  expect_same(field, fresh);
+  EXPECT_NEAR(field.distance_m({0, 0, 0.5}).value(), 0.2, 0.05);
 }
 
 TEST(DistanceField, IsNegativeBehindASurfaceAndUnknownWhereNothingWasSeen) {

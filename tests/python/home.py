@@ -49,6 +49,11 @@ def mapped():
     return mapper
 
 
+def release_only(why):
+    """Leaves a test to the release build, because a sanitizer says nothing more about it."""
+    return unittest.skipIf("PANOPTIC_SANITIZED" in os.environ, f"in the release build alone: {why}")
+
+
 def shared(relative):
     """A file or folder of the shared data; whoever calls is skipped without it, as the C++ tests are."""
     path = pathlib.Path(os.environ.get("PANOPTIC_SHARED", SOURCE.parent / "shared")) / relative

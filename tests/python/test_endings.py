@@ -92,6 +92,46 @@ time.sleep(0.1)
 """)
         self.assertEqual([p.name for p in scratch().iterdir() if p.name.startswith("never")], [])
 
+    def test_a_predictor_may_drop_its_own_pipeline(self):
+        out = run("""
+pushed = threading.Event()
+class Last(Slow):
+    def predict(self, frame):
+        global pipeline
+        pushed.wait()
+        try:
+            pipeline.finish()
+        except pf.Error as error:
+            say(error)
+        pipeline = None  # nobody has it any more
+        return super().predict(frame)
+
+mapper = small_mapper()
+pipeline = pf.OnlinePipeline(mapper, Last())
+pipeline.push(**arrays())
+pushed.set()
+while not mapper.finished:
+    time.sleep(0.01)
+say(mapper.frames["used"] > 0 and len(mapper.map_hash()))
+pipeline = pf.OnlinePipeline(small_mapper(), Last())
+pipeline.push(**arrays())
+""")
+        self.assertEqual(out.splitlines()[0], "a predictor cannot finish the pipeline that waits for it: call stop")
+        self.assertEqual(out.splitlines()[1], "16")
+
+    def test_a_program_may_end_while_threads_drop_their_pipelines(self):
+        run("""
+def work():
+    while True:
+        pipeline = pf.OnlinePipeline(small_mapper(), Slow())
+        pipeline.push(**arrays())
+        pipeline = None
+
+for _ in range(3):
+    threading.Thread(target=work, daemon=True).start()
+time.sleep(0.3)
+""")
+
     def test_a_program_that_fails_shows_its_own_error(self):
         process = start("""
 pipeline = pf.OnlinePipeline(small_mapper(), Slow())

@@ -13,7 +13,8 @@ import unittest
 import numpy as np
 
 import panoptic as pf
-from home import COARSE, LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, run_program, scratch, shared, small_mapper
+from home import (COARSE, LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, release_only, run_program, scratch, shared,
+                  small_mapper)
 
 
 def address(array):
@@ -192,6 +193,7 @@ class Blocks(unittest.TestCase):
         self.assertIsNone(mapped().map.at([1000, 1000, 1000]))
 
 
+@release_only("times mean nothing elsewhere")
 class Cost(unittest.TestCase):
     """CPU time of this thread alone, the least of many, because other programs run too."""
 
@@ -212,13 +214,14 @@ class Cost(unittest.TestCase):
         segments = ["chair"] * int(ids.max())
         frame, seen = pf.Frame(**given), pf.Segmentation(ids, segments, labels=LABELS)
         least = self.least_ms(lambda: mapper.add(frame, seen))
-        self.assertLess(self.least_ms(lambda: mapper.add(segments=(ids, segments), **given)) - least, 0.3)  # .12 on a core that nobody shares
+        self.assertLess(self.least_ms(lambda: mapper.add(segments=(ids, segments), **given)) - least, 0.6)  # .12 on a core that nobody shares
         panoptic = 3000 + ids.astype(np.int32)
         self.assertLess(self.least_ms(lambda: mapper.add(segments=panoptic, **given)) - least, 0.35)
         raw = np.zeros((480, 640), np.uint16)
         self.assertLess(self.least_ms(lambda: mapper.add(segments=seen, **(given | dict(depth=raw, depth_scale=1000)))) - least, 0.3)
 
 
+@release_only("a sanitizer keeps freed memory")
 class Memory(unittest.TestCase):
     def test_frames_take_no_memory(self):
         frames = int(os.environ.get("PANOPTIC_FRAMES", 1000))

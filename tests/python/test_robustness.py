@@ -152,6 +152,7 @@ class WrongArrays(unittest.TestCase):
         self.assertFalse(outcome)
         self.assertIn("no reading", outcome.reason)
         self.assertEqual(mapper.frames["skipped"], 1)
+        self.assertEqual(mapper.frames["first_skipped"], [(0, outcome.reason)])
 
     def test_any_depth_is_survived(self):
         mapper = small_mapper()

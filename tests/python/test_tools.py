@@ -20,7 +20,7 @@ from unittest import mock
 import numpy as np
 
 import panoptic as pf
-from home import LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, run_program, scratch, small_mapper
+from home import LABELS, PROGRAM, SOURCE, arrays, home, ids_of, mapped, release_only, run_program, scratch, small_mapper
 
 EXAMPLES = SOURCE / "examples/python"
 
@@ -72,12 +72,31 @@ class Queries(unittest.TestCase):
 
 
 class Pictures(unittest.TestCase):
+    def test_shapes_hold_their_vertices(self):
+        mesh = mapped().mesh()
+        shapes = mesh.shapes()
+        self.assertEqual([s["id"] for s in shapes], sorted(set(mesh.panoptic_id.tolist()) - {0}))
+        for shape in shapes[:5]:
+            vertices = mesh.vertices[mesh.panoptic_id == shape["id"]].astype(float)
+            self.assertEqual(len(vertices), shape["vertices"])
+            np.testing.assert_allclose(vertices.min(axis=0), shape["min_m"], atol=1e-6)
+            box_from_world = np.linalg.inv(shape["world_from_box"])
+            inside = abs(vertices @ box_from_world[:3, :3].T + box_from_world[:3, 3])
+            self.assertTrue((inside <= shape["box_size_m"] / 2 + 1e-5).all())
+        self.assertAlmostEqual(sum(mesh.class_areas_m2().values()), self.area_m2(mesh), places=3)
+
+    def area_m2(self, mesh):
+        a, b, c = (mesh.vertices[mesh.triangles[:, i]].astype(float) for i in range(3))
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+
     def test_a_mesh_is_drawn_from_three_sides(self):
         mapped().mesh().save_views(scratch() / "views", mapped().up)
         names = sorted(p.name for p in (scratch() / "views").iterdir())
         self.assertEqual(len(names), 9, names)
         with self.assertRaisesRegex(pf.Error, "up is"):
             mapped().mesh().save_views(scratch() / "views", [0, 0])
+        with self.assertRaisesRegex(pf.Error, "direction"):
+            mapped().mesh().save(scratch() / "views.glb", up=[0, 0, 0])
 
 
 class Scores(unittest.TestCase):
@@ -96,7 +115,7 @@ class Scores(unittest.TestCase):
 
     def test_scenes_add_up_and_the_truth_agrees_with_itself(self):
         truth = pf.read_scan_truth(home())
-        self.assertEqual((truth.positions.shape[1], truth.triangles.shape[1]), (3, 3))
+        self.assertEqual((truth.positions.shape[1], truth.triangles.shape[1], truth.colors.shape), (3, 3, truth.positions.shape))
         self.assertLess(truth.triangles.max(), len(truth.positions))
         evaluation = pf.Evaluation()
         for _ in range(2):
@@ -115,6 +134,8 @@ class Scores(unittest.TestCase):
                                             (truth.class_id[:, None], truth.instance, "whole number")):
             with self.assertRaisesRegex(pf.Error, message):
                 evaluation.add_labels(class_id, instance, truth)
+        with self.assertRaisesRegex(pf.Error, "3 is neither a Map nor the folder of a run"):
+            pf.evaluate(3, truth)
         with self.assertRaisesRegex(pf.Error, "variant"):
             pf.Evaluation("none")
 
@@ -221,6 +242,7 @@ class Stubs(unittest.TestCase):
         for name in pf.__all__:
             self.assertTrue((inspect.getdoc(getattr(pf, name)) or "").strip(), name)
 
+    @release_only("it reads no memory of ours")
     def test_mypy_accepts_the_examples(self):
         try:
             import mypy.api
@@ -257,14 +279,24 @@ class Examples(unittest.TestCase):
         self.assertIn("used", printed)
         self.assertIn("dropped", printed)
 
-    def test_plot_a_map(self):
+    def saved_to_plot(self):
         try:
             import matplotlib  # noqa: F401
         except ImportError:
             self.skipTest("matplotlib is not installed")
         mapped().save(scratch() / "plotted.panoptic")
-        self.run_example("04_plot_a_map.py", scratch() / "plotted.panoptic", scratch() / "map.png")
+        return scratch() / "plotted.panoptic"
+
+    def test_plot_a_map(self):
+        self.run_example("04_plot_a_map.py", self.saved_to_plot(), scratch() / "map.png")
         self.assertEqual((scratch() / "map.png").read_bytes()[1:4], b"PNG")
+
+    def test_plan_a_way(self):
+        thing = next(o for o in mapped().map.objects() if mapped().labels.is_thing(o.class_id))
+        name = f"{thing.class_name.replace(' ', '_')}_{thing.id}"
+        printed = self.run_example("06_plan_a_way.py", self.saved_to_plot(), name, scratch() / "way.png")
+        self.assertRegex(printed, f"m to {name}|no ")
+        self.assertEqual((scratch() / "way.png").read_bytes()[1:4], b"PNG")
 
 
 class TheDocumentation(unittest.TestCase):

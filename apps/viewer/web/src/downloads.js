@@ -18,7 +18,10 @@ function save(address, name) {
 
 // The view as it is now, without the panels.
 export async function save_screenshot(stage, title, frame_index) {
-  const picture = await stage.screenshot();
+  save_picture(await stage.screenshot(), title, frame_index);
+}
+
+export function save_picture(picture, title, frame_index) {
   if (!picture) return notify('The browser could not make the picture.');
   const address = URL.createObjectURL(picture);
   const number = frame_index < 0 ? '' : `_${`${frame_index}`.padStart(6, '0')}`;

@@ -5,9 +5,10 @@
 import { Color } from 'three';
 import { MeshoptDecoder } from 'meshoptimizer/decoder';
 import { Connection } from './connection.js';
+import { SavedConnection } from './saved_connection.js';
 import { Details } from './details.js';
 import { by_id, set_text } from './dom.js';
-import { save_glb, save_screenshot } from './downloads.js';
+import { save_glb, save_picture, save_screenshot } from './downloads.js';
 import { FramePanel } from './frame_panel.js';
 import { icon } from './icons.js';
 import { Labels } from './labels.js';
@@ -19,6 +20,7 @@ import { Navigation } from './navigation.js';
 import { ObjectList } from './objects.js';
 import { Picking } from './picking.js';
 import { Pointer } from './pointer.js';
+import { saved } from './server.js';
 import { recall, remember } from './settings.js';
 import { Shortcuts } from './shortcuts.js';
 import { Stage } from './stage.js';
@@ -51,12 +53,15 @@ class Page {
   });
   #bar = new ViewBar({
     mode: (mode) => this.#set_mode(mode), camera: (camera) => this.#navigation.set_mode(camera),
-    reset: () => this.#navigation.reset(), layer: (name, shown) => this.#set_layer(name, shown),
+    reset: () => this.#navigation.reset(), layer: (name, shown) => this.#set_layer(name, shown), play: () => this.#toggle_play(),
   });
-  #pointer = new Pointer(this.#stage, new Picking(this.#stage, this.#material), {
-    select: (id) => this.#select(id), pivot: (place) => this.#navigation.set_pivot(place), hover: (id) => this.#hover(id),
+  #picking = new Picking(this.#stage, this.#material);
+  #pointer = new Pointer(this.#stage, this.#picking, {
+    click: (at, event) => this.#on_click(at, event), pivot: (place) => this.#navigation.set_pivot(place), hover: (id) => this.#hover(id),
     walking: () => this.#navigation.mode === 'walk',
   });
+  #play = null;      // the mode "Play", from when it was opened first
+  #opening = false;
   #layers = { path: true, names: false, backs: false };
   #title = 'map';
   #frame_index = -1;
@@ -64,7 +69,7 @@ class Page {
   #state = null;  // the newest one
   #panels_pending = false;
   #panels_ms = -Infinity;
-  #connection = new Connection({
+  #connection = new (saved === null ? Connection : SavedConnection)({
     status: (state) => this.#status.set_connection(state), scene: (scene) => this.#on_scene(scene), state: (state) => this.#on_state(state),
     objects: (objects) => this.#on_objects(objects), chunks: (chunks) => this.#on_chunks(chunks),
   });
@@ -117,15 +122,23 @@ class Page {
 
   #on_objects(objects) {
     this.#labels.set_objects(objects);
+    if (this.#whole) this.#play_if_asked();
     this.#trail.set_box(this.#labels.object(this.#labels.selected));
     this.#refresh_panels();
     this.#stage.invalidate_soon();
+  }
+
+  // The address that panoptic play prints ends in #play.
+  #play_if_asked() {
+    if ((window.location.hash !== '#play' && saved === null) || this.#play || this.#labels.objects.length === 0) return;
+    this.#toggle_play();
   }
 
   #on_chunks(chunks) {
     for (const chunk of chunks) this.#surface.put(chunk);
     const whole = !this.#whole && this.#connection.waiting === 0;
     this.#whole ||= whole;
+    if (this.#whole) this.#play_if_asked();
     this.#navigation.frame_map({ whole });
     this.#refresh_panels();
     this.#stage.invalidate_soon();
@@ -165,7 +178,41 @@ class Page {
     this.#stage.invalidate();
   }
 
+  #on_click(at, event) {
+    if (this.#play?.active) return this.#play.click(at.x, at.y, { lie: event.shiftKey });
+    return this.#select(this.#picking.at(at.x, at.y)?.id ?? 0);
+  }
+
+  async #toggle_play() {
+    if (this.#opening) return;
+    this.#opening = true;
+    try {
+      this.#play ??= await this.#open_play();
+      this.#play.show(!this.#play.active);
+      document.body.classList.toggle('playing', this.#play.active);
+      if (this.#play.active) this.#select(0);
+      this.#bar.mark_play(this.#play.active);
+    } catch (error) {
+      notify(`Nothing to play with: ${error.message}`);
+    } finally {
+      this.#opening = false;
+    }
+  }
+
+  async #open_play() {
+    notify('Looking where one can walk, sit and lie …');
+    const { Play } = await import('./play/play.js');
+    const play = await Play.open({
+      stage: this.#stage, surface: this.#surface, material: this.#material, pick: (x, y, film) => this.#picking.at(x, y, film),
+      look: (from, at) => this.#navigation.look(from, at), save_picture: (picture, number) => save_picture(picture, `${this.#title}_play`, number),
+    });
+    this.#theme.on_change(({ accent }) => { play.color = accent; });
+    globalThis.panoptic_play = play;  // for those who check where figures are
+    return play;
+  }
+
   #hover(id) {
+    if (this.#play?.active) id = 0;
     if (this.#labels.hover(id)) this.#stage.invalidate();
     return id === 0 ? '' : this.#labels.name_of(id);
   }
@@ -237,10 +284,19 @@ class Page {
     };
     button('screenshot', 'camera', 'Save a screenshot (X)', () => this.#save_screenshot());
     button('glb', 'download', 'Download the surface as GLB', () => save_glb(this.#title));
+    by_id('glb').hidden = saved !== null;  // it is made by the server
     button('theme', 'theme', 'Light or dark (T)', () => this.#theme.toggle());
     button('help-open', 'help', 'Keyboard shortcuts (?)');
     button('toggle-left', 'list', 'Classes and objects');
     button('toggle-right', 'panel', 'Camera image and details');
+  }
+
+  #play_keys() {
+    const when = (act) => () => this.#play?.active && act(this.#play);
+    return {
+      a: when((play) => play.add_person()), i: when((play) => play.add_insect()), v: when((play) => play.toggle('alone')), l: when((play) => play.toggle('lie')),
+      k: when((play) => play.toggle('film')), z: when((play) => play.clear()), ',': when((play) => play.key('before')), '.': when((play) => play.key('next')), ' ': when((play) => play.key('play')),
+    };
   }
 
   #save_screenshot() {
@@ -254,6 +310,7 @@ class Page {
       ...Object.fromEntries(kModes.map((mode, i) => [`${i + 1}`, () => this.#bar.is_allowed(mode) && this.#set_mode(mode)])),
       b: toggle('backs'), p: toggle('path'), n: toggle('names'),
       o: () => this.#navigation.set_mode('orbit'), f: () => this.#navigation.set_mode('walk'), c: () => this.#navigation.set_mode('follow'),
+      g: () => this.#toggle_play(), ...this.#play_keys(),
       r: () => this.#navigation.reset(), t: () => this.#theme.toggle(), x: () => this.#save_screenshot(),
       h: () => this.#show_object(selected(), !this.#labels.is_object_shown(selected())),
       enter: () => this.#fly_to(selected()), escape: () => this.#select(0),
@@ -263,12 +320,13 @@ class Page {
 }
 
 // The server has set a cookie: a token in the address would only end up in pictures of the window.
-if (window.location.search) window.history.replaceState(null, '', window.location.pathname);
-await MeshoptDecoder.ready;
-lay_out();
-try {
-  new Page();
-} catch (error) {
-  set_text(by_id('message'), `This browser cannot draw the map (${error.message}). It needs WebGL 2.`);
-  throw error;
-}
+if (window.location.search) window.history.replaceState(null, '', window.location.pathname + window.location.hash);
+MeshoptDecoder.ready.then(() => {
+  lay_out();
+  try {
+    return new Page();
+  } catch (error) {
+    set_text(by_id('message'), `This browser cannot draw the map (${error.message}). It needs WebGL 2.`);
+    throw error;
+  }
+});

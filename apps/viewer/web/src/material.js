@@ -104,6 +104,16 @@ void main() {
   bytes = vec4(ivec4(row & 255, row >> 8, far & 255, far >> 8)) / 255.0;
 }`;
 
+// Hides figures in the camera view: depth alone.
+const kDepthFragment = `
+precision highp float;
+in float shown;
+out vec4 nothing;
+void main() {
+  if (shown < 0.5) discard;
+  nothing = vec4(0.0);
+}`;
+
 // The table of labels.js on the graphics card, and both materials that look things up in it.
 export class SurfaceMaterial {
   #texture;
@@ -120,6 +130,8 @@ export class SurfaceMaterial {
     };
     this.seen = new RawShaderMaterial({ glslVersion: GLSL3, vertexShader: kVertex, fragmentShader: kFragment, uniforms: { ...shared, ...look } });
     this.picked = new RawShaderMaterial({ glslVersion: GLSL3, vertexShader: kPickVertex, fragmentShader: kPickFragment, uniforms: shared });
+    this.depth = new RawShaderMaterial({ glslVersion: GLSL3, vertexShader: kPickVertex, fragmentShader: kDepthFragment, uniforms: shared, colorWrite: false });
+    this.depth.side = DoubleSide;
     this.seen.side = FrontSide;
   }
 

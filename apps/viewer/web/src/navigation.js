@@ -152,6 +152,14 @@ export class Navigation {
     return { target: center, position: center.clone().addScaledVector(toward, distance) };
   }
 
+  // From a place of the scene towards another one, at once.
+  look(position, target) {
+    if (this.mode !== 'orbit') this.set_mode('orbit');
+    this.touched = true;
+    this.#jump({ target, position });
+    this.#stage.camera.updateMatrixWorld();  // a click may come before the next drawing
+  }
+
   #jump({ target, position }) {
     this.#flight = null;
     this.#stage.camera.position.copy(position);

@@ -15,7 +15,7 @@ export class Pointer {
   #rest = 0;
   #tooltip = by_id('tooltip');
 
-  // actions: {select(id), pivot(place), hover(id) -> name, walking()}
+  // actions: {click(at, event, pick), pivot(place), hover(id) -> name, walking()}
   constructor(stage, picking, actions) {
     this.#stage = stage;
     this.#picking = picking;
@@ -38,11 +38,11 @@ export class Pointer {
     const at = this.#at(event);
     const still = this.#down && Math.hypot(at.x - this.#down.x, at.y - this.#down.y) <= kStill_px;
     this.#down = null;
-    if (still) this.#actions.select(this.#picking.at(at.x, at.y)?.id ?? 0);
+    if (still) this.#actions.click(at, event);
   }
 
   #on_double(event) {
-    if (this.#actions.walking()) return;
+    if (this.#actions.walking() || this.#stage.instead) return;
     const at = this.#at(event);
     const found = this.#picking.at(at.x, at.y);
     if (found) this.#actions.pivot(found.place);
@@ -56,6 +56,7 @@ export class Pointer {
   }
 
   #on_rest(at) {
+    if (this.#stage.instead) return;
     const name = this.#actions.hover(this.#picking.at(at.x, at.y)?.id ?? 0);
     this.#tooltip.hidden = name === '';
     set_text(this.#tooltip, name);

@@ -9,6 +9,8 @@ const kKeys = [
   ['Camera', [['O', 'Orbit'], ['F', 'Walk (first person)'], ['C', 'Follow the recording camera'], ['R', 'Reset the view'],
     ['W A S D', 'Walk; E and Q up and down, Shift faster'], ['Double-click', 'Turn around this point']]],
   ['Objects', [['Click', 'Select'], ['Enter', 'Fly to the selection'], ['H', 'Hide or show the selection'], ['/', 'Search'], ['Esc', 'Clear the selection']]],
+  ['Play', [['G', 'Play: figures in the map'], ['A  I', 'Add a person, an insect'], ['V', 'Figures decide for themselves'], ['L', 'Lie down instead of sitting (or Shift and click)'],
+    ['K', 'Camera view'], [',  .  Space', 'Frame before, next frame, play the frames'], ['Z', 'Remove all figures and things']]],
   ['Page', [['T', 'Light or dark'], ['X', 'Screenshot'], ['?', 'This list']]],
 ];
 

@@ -38,6 +38,7 @@ export class Stage {
   camera = new PerspectiveCamera(kFieldOfView_deg, 1, 0.03, 400);
   renderer;
   up = new Vector3(0, 1, 0);
+  instead = null;    // (renderer, scene): draws in place of the camera above
   software = false;  // there is no graphics card
   #material;
   #pending = false;
@@ -168,7 +169,8 @@ export class Stage {
     for (const listener of this.#before_draw) listener();
     this.camera.updateMatrixWorld();
     this.#material.prepare(this.camera.position);
-    this.renderer.render(this.scene, this.camera);
+    if (this.instead) this.instead(this.renderer, this.scene);
+    else this.renderer.render(this.scene, this.camera);
   }
 
   // Pixels on the page of a place in the scene, or null behind the eye.

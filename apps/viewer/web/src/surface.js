@@ -101,7 +101,7 @@ export class Surface {
 
   #decoded(encoded) {
     const { version, vertices, triangles, x, y, z } = encoded;
-    const chunk = { version, vertices, triangles, arrays: null, box: null, ids: new Map(), region: region_of(x, y, z) };
+    const chunk = { version, vertices, triangles, arrays: null, box: null, ids: new Map(), region: region_of(x, y, z), corner: [x, y, z] };
     if (triangles === 0) return chunk;
     for (const id of encoded.ids) chunk.ids.set(id, 0);
     const rows = Array.from(encoded.ids, (id) => this.#labels.take(id));
@@ -153,6 +153,21 @@ export class Surface {
     const all = new Box3();
     for (const chunk of this.#chunks.values()) if (chunk.box) all.union(chunk.box);
     return all;
+  }
+
+  // The chunks whose surface touches a box, in the map's axes: {key, version, places: metres, three a vertex, indices}.
+  chunks_in(box) {
+    const found = [];
+    for (const [key, { arrays, box: own, version, corner }] of this.#chunks) {
+      if (!arrays || !own.intersectsBox(box)) continue;
+      const scale = this.#block_size_m / kUnitsPerBlock;
+      const places = new Float32Array((arrays.places.length / 4) * 3);
+      for (let i = 0; 4 * i < arrays.places.length; ++i) {
+        for (let k = 0; k < 3; ++k) places[3 * i + k] = arrays.places[4 * i + k] * scale + corner[k] * this.#block_size_m;
+      }
+      found.push({ key, version, places, indices: arrays.indices });
+    }
+    return found;
   }
 
   // From which direction around `up` most of the surface shows its front: a unit vector across `up`, in the map's axes.

@@ -49,8 +49,9 @@ export class ViewBar {
   #modes;
   #cameras;
   #switches = new Map();
+  #play;
 
-  // actions: {mode(name), camera(name), reset(), layer(name, shown)}
+  // actions: {mode(name), camera(name), reset(), layer(name, shown), play()}
   constructor(actions) {
     const keys = Object.fromEntries(Object.entries(kModeNames).map(([name, text], i) => [name, { text, label: text, title: `${text} (${i + 1})` }]));
     this.#modes = new Choice(by_id('modes'), keys, actions.mode);
@@ -72,7 +73,8 @@ export class ViewBar {
     layer('path', 'path', 'Camera path', 'P');
     layer('names', 'tag', 'Names', 'N');
     layer('backs', 'back', 'Back sides', 'B');
-    bar.append(cameras, layers);
+    this.#play = element('button', { type: 'button', 'aria-pressed': 'false', title: 'Figures that live in the map (G)', 'aria-label': 'Play', on: { click: actions.play } }, icon('person'), 'Play');
+    bar.append(cameras, layers, element('div', { class: 'segmented' }, this.#play));
   }
 
   allow_mode(mode, allowed) {
@@ -93,6 +95,10 @@ export class ViewBar {
 
   mark_camera(camera) {
     this.#cameras.mark(camera);
+  }
+
+  mark_play(on) {
+    this.#play.setAttribute('aria-pressed', `${on}`);
   }
 
   mark_layer(name, shown) {

@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/viewer/play_source.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "panoptic/base/image_io.h"
+#include "panoptic/base/json.h"
+#include "panoptic/error.h"
+#include "panoptic/mapfile/run_notes.h"
+#include "panoptic/mapping/rebuild_file.h"
+#include "panoptic/sim/open_again.h"
+
+namespace panoptic {
+namespace {
+
+constexpr int kJpegQuality = 88;
+
+Json rows_of(const Pose& pose) {
+  Json rows = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) rows.push_back(pose.matrix()(row, column));
+  }
+  return rows;
+}
+
+}  // namespace
+
+PlaySource::PlaySource(std::string map_file, std::string why_not)
+    : map_file_(std::move(map_file)), why_not_(std::move(why_not)) {}
+
+void PlaySource::require_map() const {
+  if (map_file_.empty()) throw Error(why_not_);
+}
+
+const ScenePlan& PlaySource::plan() {
+  require_map();
+  if (plan_) return *plan_;
+  if (!why_no_plan_.empty()) throw Error(why_no_plan_);
+  try {
+    const SavedMap saved = load_map(map_file_);
+    std::optional<Vec3d> up;
+    if (!note_or_empty(saved, run_note::kUp).empty()) up = up_of(saved);
+    return plan_.emplace(scene_plan(saved.map, {}, up));
+  } catch (const Error& e) {
+    why_no_plan_ = e.what();
+    throw;
+  }
+}
+
+const PlaySource::Recording& PlaySource::recording() {
+  require_map();
+  if (recording_) return *recording_;
+  if (!why_no_recording_.empty()) throw Error(why_no_recording_);
+  try {
+    const MappedRecording mapped = mapped_recording(map_file_);
+    auto dataset = open_again(mapped.recording, mapped.calibration, mapped.pair_tolerance_s);
+    FrameFinder finder(*dataset);
+    Recording found{std::move(dataset), std::move(finder), {}};
+    const std::vector<FrameRecord> records = load_frames(map_file_);
+    found.finder.note(records, mapped.range);
+    for (const FrameRecord& frame : records) {
+      if (frame.unused_because.empty() && frame.world_from_camera.has_value()) found.frames.push_back(frame);
+    }
+    if (found.frames.empty()) throw Error("the map names no frame of its recording");
+    return recording_.emplace(std::move(found));
+  } catch (const Error& e) {
+    why_no_recording_ = fmt::format("the camera view needs the recording of the map: {}", e.what());
+    throw Error(why_no_recording_);
+  }
+}
+
+std::string PlaySource::frames() {
+  Json numbers = Json::array();
+  for (const FrameRecord& frame : recording().frames) numbers.push_back(frame.frame);
+  return Json{{"frames", std::move(numbers)}}.dump();
+}
+
+const Frame& PlaySource::read(std::size_t place) {
+  const Recording& from = recording();
+  if (place >= from.frames.size()) {
+    throw Error(fmt::format("there is no frame {}: the map was made of {}", place, from.frames.size()));
+  }
+  if (read_place_ == place) return frame_;
+  const FrameRecord& record = from.frames[place];
+  ReadResult result = from.finder.read(record.frame);
+  if (!result.frame) throw Error(fmt::format("frame {} cannot be shown: {}", record.frame, result.skipped.reason));
+  frame_ = kept(std::move(*result.frame));
+  read_place_ = place;
+  return frame_;
+}
+
+std::string PlaySource::frame(std::size_t place) {
+  const Frame& frame = read(place);
+  const FrameRecord& record = recording_->frames[place];
+  const Camera& c = frame.color_camera;
+  const Pose world_from_color = *record.world_from_camera * frame.color_from_depth.inverse();
+  return Json{{"frame", record.frame},
+              {"world_from_camera", rows_of(world_from_color)},
+              {"camera", {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}}}
+      .dump();
+}
+
+std::string PlaySource::picture(std::size_t place) {
+  const std::vector<std::uint8_t> bytes = encode_jpeg(read(place).color, kJpegQuality);
+  return {bytes.begin(), bytes.end()};
+}
+
+}  // namespace panoptic

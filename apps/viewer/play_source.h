@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The mode "Play" needs this of a map (docs/viewer_protocol.md): its plan, and the frames that it was made of. Made when
+// somebody asks for the first time. One thread at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panoptic/frame.h"
+#include "panoptic/map_file.h"
+#include "panoptic/mapping/frame_finder.h"
+#include "panoptic/planning/scene_plan.h"
+#include "panoptic/source.h"
+
+namespace panoptic {
+
+inline constexpr const char* kNoPlay = "figures need a map file: run with --map FILE, then panoptic play FILE";
+
+class PlaySource {
+ public:
+  // A map file; nothing is read before somebody asks. Empty: there is none, and `why_not` says it.
+  explicit PlaySource(std::string map_file, std::string why_not = "");
+
+  // All throw Error where there is no such thing, with the reason; the same reason again every time.
+  const ScenePlan& plan();
+  std::string frames();                    // JSON: the frames of the camera view
+  std::string frame(std::size_t place);    // JSON: camera and pose of one of them
+  std::string picture(std::size_t place);  // its colour image as JPEG
+
+ private:
+  struct Recording {
+    std::unique_ptr<Dataset> dataset;
+    FrameFinder finder;
+    std::vector<FrameRecord> frames;  // those that the map was made of
+  };
+  void require_map() const;
+  const Recording& recording();
+  const Frame& read(std::size_t place);
+
+  std::string map_file_;
+  std::string why_not_;
+  std::optional<ScenePlan> plan_;
+  std::string why_no_plan_;
+  std::optional<Recording> recording_;
+  std::string why_no_recording_;
+  std::optional<std::size_t> read_place_;
+  Frame frame_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// All figures and insects of a map, and what they do on their own. Knows nothing of drawing, so that it runs anywhere.
+import { Matrix4 } from 'three';
+import { setRandomSeed } from 'recast-navigation';
+import { Actor } from './actor.js';
+import { Floor, kStep_s, Mesh } from './ground.js';
+import { Insect } from './insect.js';
+import { places_of } from './places.js';
+import { random_of, shape_of } from './shape.js';
+
+const kHeights_m = [1.6, 1.68, 1.55, 1.64, 1.58, 1.66];
+const kTries = 24;
+const kApart_m = 0.7;
+const kBored_s = [1.5, 4];
+const kSits_s = [6, 16];
+const kInTheWay_m = 0.8;
+const kMostLate_s = 0.25;
+
+const turned = (rows) => new Matrix4().set(...rows.flat());
+// From Detour's axes (x, z, -y) to z-up ones, and back.
+const kUpFromDetour = new Matrix4().set(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
+const kDetourFromUp = kUpFromDetour.clone().invert();
+
+// From a wall's mesh to the figures' frame.
+export const figures_from_wall = (grid_from_wall) => kDetourFromUp.clone().multiply(turned(grid_from_wall)).multiply(kUpFromDetour);
+export const world_from_figures = (world_from_grid) => turned(world_from_grid).multiply(kUpFromDetour);
+
+export class Crew {
+  people = [];   // {actor, shape, number, wait_s}
+  insects = [];  // {insect, wall}
+  walls = [];    // {mesh, to_figures}
+  places;
+  floor;
+  on_their_own = true;
+  time_s = 0;
+  #random;
+  #late_s = 0;
+  #made = 0;
+
+  // plan: {navmesh, walls, walls_index, affordances}: bytes and objects of the files of the same names.
+  constructor(plan, seed = 1) {
+    setRandomSeed(seed);
+    this.#random = random_of(seed);
+    this.floor = new Floor(plan.navmesh);
+    this.places = places_of(plan.affordances);
+    for (const { offset, bytes, grid_from_wall, polygons } of plan.walls_index.walls) {
+      if (polygons > 0) this.walls.push({ mesh: new Mesh(plan.walls.slice(offset, offset + bytes)), to_figures: figures_from_wall(grid_from_wall) });
+    }
+  }
+
+  // Somewhere on the floor, away from the others; null if there is no room.
+  add_person(near = null) {
+    let at = near ? this.floor.nearest(near, 0.6) : null;
+    for (let i = 0; i < kTries && at === null; ++i) {
+      const found = this.floor.random();
+      const roomy = found && this.#is_roomy(found) && this.people.every(({ actor }) => distance(actor.place, found) > kApart_m);
+      if (roomy) at = found;
+    }
+    if (at === null) return null;
+    const number = this.#made++;
+    const shape = shape_of(kHeights_m[number % kHeights_m.length]);
+    const actor = new Actor(shape, this.floor, at, { heading: this.#random() * 2 * Math.PI, seed: number });
+    const person = { actor, shape, number, wait_s: this.#between(kBored_s) };
+    this.people.push(person);
+    return person;
+  }
+
+  // Not on a scrap of floor behind furniture.
+  #is_roomy(at) {
+    let reached = 0;
+    for (let i = 0; i < 6; ++i) {
+      const other = this.floor.random();
+      if (other && this.floor.way(at, other) !== null) ++reached;
+    }
+    return reached >= 2;
+  }
+
+  add_insect() {
+    if (this.walls.length === 0) return null;
+    const wall = this.walls[Math.floor(this.#random() * Math.min(6, this.walls.length))];
+    const at = wall.mesh.random();
+    if (at === null) return null;
+    const made = { insect: new Insect(wall.mesh, at, this.#random), wall };
+    this.insects.push(made);
+    return made;
+  }
+
+  is_free(place) {
+    return this.people.every(({ actor }) => !actor.takes(place));
+  }
+
+  clear() {
+    for (const { actor } of this.people) actor.leave();
+    this.people = [];
+    this.insects = [];
+  }
+
+  #between([low, high]) {
+    return low + (high - low) * this.#random();
+  }
+
+  #decide(person, passed_s) {
+    const { actor } = person;
+    if (!['standing', 'sitting', 'lying'].includes(actor.state)) return;
+    person.wait_s -= passed_s;
+    if (person.wait_s > 0) return;
+    person.wait_s = this.#between(kBored_s);
+    if (actor.state !== 'standing') return void actor.stand();
+    const dice = this.#random();
+    if (dice < 0.4) return this.#take(person, this.places.seats, (seat) => actor.sit(seat));
+    if (dice < 0.52) return this.#take(person, this.places.beds, (bed) => actor.lie(bed));
+    const to = this.floor.random();
+    if (to) actor.go(to);
+  }
+
+  // Who stands in somebody's way steps aside.
+  #make_way() {
+    for (const { actor } of this.people) {
+      if (!actor.is_stuck) continue;
+      for (const other of this.people) {
+        if (other.actor === actor || other.actor.state !== 'standing' || distance(other.actor.place, actor.place) > kInTheWay_m) continue;
+        for (let i = 0; i < kTries; ++i) {
+          const to = this.floor.random();
+          if (to && distance(to, other.actor.place) < 3 && distance(to, actor.place) > 1 && other.actor.go(to)) break;
+        }
+      }
+    }
+  }
+
+  #take(person, places, act) {
+    const free = places.filter((place) => this.is_free(place));
+    if (free.length === 0) return;
+    if (act(free[Math.floor(this.#random() * free.length)])) person.wait_s = this.#between(kSits_s);
+  }
+
+  // In steps of one length, so that the same calls give the same motion.
+  update(passed_s) {
+    this.#late_s = Math.min(kMostLate_s, this.#late_s + passed_s);
+    for (; this.#late_s >= kStep_s; this.#late_s -= kStep_s) {
+      this.time_s += kStep_s;
+      if (this.on_their_own) for (const person of this.people) this.#decide(person, kStep_s);
+      this.#make_way();
+      this.floor.step();
+      for (const { actor } of this.people) actor.update(kStep_s);
+      for (const { insect } of this.insects) insect.update(kStep_s);
+    }
+  }
+
+  destroy() {
+    this.clear();
+    this.floor.destroy();
+    for (const { mesh } of this.walls) mesh.destroy();
+  }
+}
+
+const distance = (a, b) => Math.hypot(a[0] - b[0], a[2] - b[2]);

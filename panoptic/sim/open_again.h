@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A recording that was mapped before, opened for its images.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "panoptic/io/open_without_poses.h"
+#include "panoptic/simulation.h"
+
+namespace panoptic {
+
+// Opens what open_dataset does; a recording without poses, whose camera was tracked, is opened too: its frames have the identity
+// then.
+inline std::unique_ptr<Dataset> open_again(const std::string& recording, const std::filesystem::path& calibration,
+                                           std::optional<double> pair_tolerance_s) {
+  try {
+    return open_dataset(recording, calibration, pair_tolerance_s);
+  } catch (const NoPoses&) {
+    return open_without_poses(recording, calibration, pair_tolerance_s);
+  }
+}
+
+}  // namespace panoptic

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Recordings without poses, and eval-trajectory, from outside.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "panoptic/base/files.h"
+#include "panoptic/base/image_io.h"
+#include "tests/apps/program.h"
+#include "tests/apps/run_fixture.h"
+#include "tests/fresh_folder.h"
+#include "tests/tracking/painted_room.h"
+
+namespace panoptic {
+namespace {
+
+using test::expect_one_line;
+using test::fresh_folder;
+using test::ProgramResult;
+using test::run_program;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr int kWayRound = 150;
+constexpr int kFrames = 12;
+
+class Track : public testing::Test {
+ protected:
+  Track() : folder_(fresh_folder("track")), recording_(folder_ / "room") {
+    fs::create_directories(recording_);
+    write_file(recording_ / "camera-intrinsics.txt", "260 0 159.5\n0 260 119.5\n0 0 1\n");
+    for (int n = 0; n < kFrames; ++n) write_frame(n);
+  }
+
+  void write_frame(int n) const {
+    const Frame frame = test::room_frame(n, kWayRound);
+    Image<std::uint16_t> depth(frame.depth.width(), frame.depth.height());
+    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = static_cast<std::uint16_t>(1000 * frame.depth[i] + 0.5F);
+    const std::string name = fmt::format("frame-{:06}", n);
+    write_png(recording_ / (name + ".color.png"), frame.color.copied());
+    write_png(recording_ / (name + ".depth.png"), depth);
+  }
+  void write_pose(int n) const {
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = test::room_pose(n, kWayRound).matrix();
+    write_file(recording_ / fmt::format("frame-{:06}.pose.txt", n), fmt::format("{}\n", fmt::join(m.data(), m.data() + 16, " ")));
+  }
+  ProgramResult run(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all{"run",   recording_.string(),    "-o", out_.string(), "--no-pictures",
+                                 "--set", "map.voxel_size_m=0.03"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(all);
+  }
+  Json report() const { return Json::parse(read_file(out_ / "report.json")); }
+
+  const fs::path folder_;
+  const fs::path recording_;
+  const fs::path out_ = folder_ / "out";
+};
+
+TEST_F(Track, ARecordingWithoutPosesIsTracked) {
+  const ProgramResult result = run();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("poses     none: the camera is tracked"));
+  EXPECT_THAT(result.out, HasSubstr("tracking  12 frames, 0 lost"));
+  const Json tracking = report()["tracking"];
+  EXPECT_EQ(tracking["tracked"], kFrames);
+  EXPECT_EQ(tracking["spans"].size(), 2U);
+  EXPECT_TRUE(is_file(out_ / "loops.json"));
+  EXPECT_FALSE(is_file(out_ / "given_trajectory.txt"));
+}
+
+TEST_F(Track, ATrackedMapIsNotResumedButFollowsPosesFromOutside) {
+  const fs::path map = folder_ / "map.panoptic";
+  ASSERT_EQ(run({"--map", map.string(), "--frames", "0:8"}).exit_code, 0);
+  for (int n = 0; n < kFrames; ++n) write_pose(n);
+  expect_one_line(run({"--map", map.string(), "--frames", "0:8", "--resume"}).err, "tracked the camera");
+  for (int n = 0; n < kFrames; ++n) fs::remove(recording_ / fmt::format("frame-{:06}.pose.txt", n));
+  const ProgramResult rebuilt = run_program(
+      {"rebuild", map.string(), "--poses", (out_ / "trajectory.txt").string(), "-o", (folder_ / "new.panoptic").string()});
+  EXPECT_EQ(rebuilt.exit_code, 0) << rebuilt.err;
+}
+
+TEST_F(Track, GivenPosesAreNotUsedButCompared) {
+  for (int n = 0; n < kFrames; ++n) write_pose(n);
+  ASSERT_EQ(run({"--track"}).exit_code, 0);
+  const ProgramResult scores = run_program(
+      {"eval-trajectory", out_.string(), (out_ / "given_trajectory.txt").string(), "--json", (folder_ / "scores.json").string()});
+  ASSERT_EQ(scores.exit_code, 0) << scores.err;
+  EXPECT_THAT(scores.out, HasSubstr("12 pairs: 100.0 % of the 12 estimated poses, 100.0 % of the 12 true ones"));
+  const Json json = Json::parse(read_file(folder_ / "scores.json"));
+  EXPECT_LT(json["ate_m"]["rmse"].get<double>(), 0.01);
+  EXPECT_EQ(json["share_of_truth"], 1.0);
+  EXPECT_TRUE(json["rpe_m"].is_null());  // 12 frames are less than a second
+  // Another run into the same folder leaves nothing of the tracked one.
+  ASSERT_EQ(run().exit_code, 0);
+  EXPECT_FALSE(is_file(out_ / "loops.json"));
+  EXPECT_FALSE(report().contains("tracking"));
+}
+
+TEST_F(Track, WhatCannotBeTrackedIsRefusedInOneLine) {
+  const auto refuse = [&](const std::vector<std::string>& more, int code, const char* part) {
+    const ProgramResult result = run(more);
+    EXPECT_EQ(result.exit_code, code);
+    expect_one_line(result.err, part);
+  };
+  refuse({"--track", "--online"}, 2, "--track does not go with --online");
+  refuse({"--online"}, 1, "without poses");
+  refuse({"--set", "map.log=none"}, 2, "needs the log for it");
+  for (int n = 0; n < kFrames; ++n) {  // nothing to begin with
+    write_png(recording_ / fmt::format("frame-{:06}.depth.png", n), Image<std::uint16_t>(320, 240, std::uint16_t{0}));
+  }
+  const ProgramResult blind = run();
+  EXPECT_EQ(blind.exit_code, 1);
+  EXPECT_THAT(blind.err, HasSubstr("no frame was usable"));
+}
+
+TEST_F(Track, TrajectoriesThatCannotBeComparedAreRefused) {
+  write_file(folder_ / "a.txt", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 1 1 0 0 0 0 1\n");
+  write_file(folder_ / "b.txt", "100 0 0 0 0 0 0 1\n101 1 0 0 0 0 0 1\n102 1 1 0 0 0 0 1\n");
+  const auto compare = [&](const char* a, const char* b) {
+    return run_program({"eval-trajectory", (folder_ / a).string(), (folder_ / b).string()});
+  };
+  expect_one_line(compare("a.txt", "b.txt").err, "are the time stamps of one clock?");
+  expect_one_line(compare("a.txt", "absent.txt").err, "absent.txt");
+  expect_one_line(compare("room", "b.txt").err, "holds neither trajectory.txt nor groundtruth.txt");
+  EXPECT_EQ(compare("a.txt", "a.txt").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace panoptic

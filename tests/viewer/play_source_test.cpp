@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The files that Play asks the server for, and those that a saved page keeps for it.
+#include "apps/viewer/play_source.h"
+
+#include "apps/viewer/assets.h"
+#include "apps/viewer/saved_page.h"
+#include "panoptic/base/files.h"
+#include "tests/fresh_folder.h"
+#include "tests/viewer/server_fixture.h"
+
+namespace panoptic {
+namespace {
+
+using test::HttpAnswer;
+using test::solid_ground;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr LabelSlot kPlayFloor{1};
+constexpr LabelSlot kPlayWall{2};
+
+class ServedPlay : public test::Served {
+ protected:
+  // A map file of one surface, 2.4 m wide.
+  static std::string map_of(const test::Solid& solid) {
+    const LabelSet labels("small", {{ClassId{1}, "floor", false, {200, 180, 160}}, {ClassId{2}, "wall", false, {90, 90, 90}}});
+    const MapOptions options{.voxel_size_m = 0.05F};
+    SavedMap saved{options, PanopticMap(options, labels), {}};
+    test::add_solids(saved.map.voxels, {solid}, {-1.2, -0.4, -1.2}, {1.2, 0.4, 1.2});
+    const fs::path file = test::fresh_folder() / "small.panoptic";
+    save_map(file, saved);
+    return file.string();
+  }
+  static std::string map_of_floor() { return map_of(solid_ground(Vec3d::UnitY(), 0, kPlayFloor)); }
+
+  void serve(const std::string& map_file) {
+    server_ = std::make_unique<ViewerServer>(ViewerOptions{.port = 0}, world_.scene(), latest_, PlaySource(map_file));
+    port_ = test::port_of(*server_);
+  }
+  void expect_refused(const char* name, const std::string& why) const {
+    const HttpAnswer answer = get(std::string("/api/play/") + name);
+    EXPECT_EQ(answer.status, 404) << name;
+    EXPECT_THAT(answer.body, HasSubstr(why)) << name;
+  }
+};
+
+constexpr const char* kPlayFiles[] = {"affordances.json", "navmesh.bin", "walls.bin", "walls.json"};
+
+TEST_F(ServedPlay, WithoutAMapFileTheAnswerSaysHowToGetOne) {
+  for (const char* name : kPlayFiles) expect_refused(name, kNoPlay);
+  for (const char* name : {"frames.json", "frame.json?n=0", "frame.jpg?n=0"}) expect_refused(name, "run with --map");
+  EXPECT_EQ(get("/api/play/frame.jpg?n=-1").status, 400);
+  expect_refused("nothing.json", "nothing here");
+}
+
+TEST_F(ServedPlay, WithoutAFloorTheReasonIsTheSameEveryTime) {
+  serve(map_of(solid_ground(Vec3d::UnitX(), 0, kPlayWall)));
+  expect_refused("affordances.json", "no floor");
+  const std::string why = get("/api/play/affordances.json").body;
+  for (const char* name : kPlayFiles) expect_refused(name, why);
+}
+
+TEST_F(ServedPlay, AMapWithoutWallsHasAnEmptyFileOfThem) {
+  serve(map_of_floor());
+  EXPECT_TRUE(json("/api/play/affordances.json").contains("world_from_grid"));
+  EXPECT_FALSE(get("/api/play/navmesh.bin").body.empty());
+  const HttpAnswer walls = get("/api/play/walls.bin");
+  EXPECT_EQ(walls.status, 200);
+  EXPECT_EQ(walls.body, "");
+  EXPECT_TRUE(json("/api/play/walls.json")["walls"].empty());
+}
+
+TEST_F(ServedPlay, AMapThatNoRunMadeHasNoCameraView) {
+  serve(map_of_floor());
+  expect_refused("frames.json", "the camera view needs the recording of the map");
+  expect_refused("frame.json?n=0", "the camera view needs the recording of the map");
+}
+
+TEST_F(ServedPlay, ASavedPageOfAMapWithoutWallsKeepsAllOfThePlan) {
+  if (web_assets().empty()) GTEST_SKIP() << "the page was not built";
+  const std::string map_file = map_of_floor();
+  const fs::path folder = test::fresh_folder("page");
+  const SavedPage saved = save_page(folder, {world_.scene(), world_.snapshot()}, PlaySource(map_file), 0);
+  const std::string plan = read_file(folder / "data" / "play.js");
+  for (const char* name : kPlayFiles) EXPECT_THAT(plan, HasSubstr(std::string("\"/api/play/") + name + "\"")) << name;
+  EXPECT_TRUE(saved.notes.empty()) << saved.notes.front();
+}
+
+TEST_F(ServedPlay, ASavedPageNotesWhyThereIsNoPlan) {
+  if (web_assets().empty()) GTEST_SKIP() << "the page was not built";
+  const fs::path folder = test::fresh_folder("page");
+  const SavedPage saved = save_page(folder, {world_.scene(), world_.snapshot()}, PlaySource("", kNoPlay), 5);
+  EXPECT_EQ(saved.notes, std::vector<std::string>{kNoPlay});
+}
+
+}  // namespace
+}  // namespace panoptic
