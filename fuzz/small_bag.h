@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A bag of two frames, in each container that is not SQLite's: what a fuzzer starts from.
+// A bag of two frames in each container: what a fuzzer starts from.
 #pragma once
 
 #include <string>

@@ -292,6 +292,7 @@ void take_topics(Arguments& a) {
   } catch (const Error& e) {
     throw UsageError(fmt::format("--topics: {}", e.what()));
   }
+  if (a.dataset.starts_with("sim:")) throw UsageError("--topics: a simulated home has no topics; leave it out");
   a.dataset += "?" + a.topics;
 }
 

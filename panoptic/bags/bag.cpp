@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
 
+#include "panoptic/bags/messages.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/text.h"
 #include "panoptic/error.h"
@@ -54,6 +56,7 @@ bool ends_as_bag(const fs::path& path) {
   return std::any_of(kContainers.begin(), kContainers.end(), [&](const Container& c) {
     const std::string name = lower_case(path.filename().string());
     return name.ends_with(c.ending) || name.ends_with(std::string(c.ending) + ".zstd") ||
+           name.ends_with(std::string(c.ending) + ".zst") || name.ends_with(std::string(c.ending) + ".lz4") ||
            name.ends_with(std::string(c.ending) + ".gz") || name.ends_with(std::string(c.ending) + ".bz2") ||
            name.ends_with(std::string(c.ending) + ".xz");
   });
@@ -100,23 +103,55 @@ std::string short_type(std::string type) {
   return at == std::string::npos ? type : type.replace(at, kMiddle.size(), "/");
 }
 
+// When the messages of a file, or of a topic in it, were recorded.
 struct Span {
-  std::string file;
-  std::int64_t begin_ns = 0;
-  std::int64_t end_ns = 0;
+  std::uint32_t part = 0;
+  std::int64_t begin_ns = INT64_MAX;
+  std::int64_t end_ns = INT64_MIN;
+
+  void take(std::int64_t time_ns) {
+    begin_ns = std::min(begin_ns, time_ns);
+    end_ns = std::max(end_ns, time_ns);
+  }
 };
 
+std::vector<Span> spans_of(const std::vector<BagMessage>& messages, std::optional<std::uint32_t> topic) {
+  std::map<std::uint32_t, Span> by_part;
+  for (const BagMessage& m : messages) {
+    if (topic && m.topic != *topic) continue;
+    const auto span = by_part.try_emplace(m.part, Span{m.part}).first;
+    span->second.take(m.time_ns);
+  }
+  std::vector<Span> spans;
+  for (const auto& [part, span] : by_part) spans.push_back(span);
+  std::stable_sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.begin_ns < b.begin_ns; });
+  return spans;
+}
+
 // Files that lie in one folder by chance must not become one recording.
-void require_one_recording(std::vector<Span> spans, const std::string& folder) {
+void require_no_gaps(std::vector<Span> spans, const std::vector<fs::path>& files, const std::string& folder) {
   constexpr std::int64_t kLongestGap_ns = 60'000'000'000;
   constexpr double kSeconds = 1e-9;
-  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.begin_ns < b.begin_ns; });
   for (std::size_t i = 1; i < spans.size(); ++i) {
     spans[i].end_ns = std::max(spans[i].end_ns, spans[i - 1].end_ns);
     const std::int64_t gap_ns = spans[i].begin_ns - spans[i - 1].end_ns;
     if (gap_ns <= kLongestGap_ns) continue;
     throw Error(fmt::format("{}: {} begins {:.0f} s after what is before it ends, so they are no parts of one bag; name one file",
-                            folder, spans[i].file, static_cast<double>(gap_ns) * kSeconds));
+                            folder, files[spans[i].part].filename().string(), static_cast<double>(gap_ns) * kSeconds));
+  }
+}
+
+// A copy beside the bag would map everything twice. At the seam of two parts the order may be a little off.
+void require_no_copies(const std::vector<Span>& spans, const std::vector<fs::path>& files, const std::string& folder) {
+  constexpr std::int64_t kMostOverlap_ns = 1'000'000'000;
+  for (std::size_t i = 1; i < spans.size(); ++i) {
+    const Span& a = spans[i - 1];
+    const Span& b = spans[i];
+    const std::int64_t overlap_ns = std::min(a.end_ns, b.end_ns) - b.begin_ns;
+    const std::int64_t shorter_ns = std::min(a.end_ns - a.begin_ns, b.end_ns - b.begin_ns);
+    if (overlap_ns <= std::min(kMostOverlap_ns, shorter_ns / 2)) continue;
+    throw Error(fmt::format("{}: {} and {} hold images of one topic at one time, so they are no parts of one bag; name one file",
+                            folder, files[a.part].filename().string(), files[b.part].filename().string()));
   }
 }
 
@@ -143,22 +178,18 @@ Bag::Bag(const fs::path& path) : name_(path.string()) {
   } else {
     add(path);
   }
-  std::vector<Span> spans(parts_.size());
-  for (const BagMessage& m : contents_.messages) {
-    ++contents_.topics[m.topic].messages;
-    Span& span = spans[m.part];
-    const bool is_first = span.begin_ns == 0 && span.end_ns == 0;
-    span.begin_ns = is_first ? m.time_ns : std::min(span.begin_ns, m.time_ns);
-    span.end_ns = is_first ? m.time_ns : std::max(span.end_ns, m.time_ns);
-  }
-  if (parts_.size() > 1) {
-    const std::vector<fs::path> files = parts_in(path);
-    for (std::size_t i = 0; i < spans.size(); ++i) spans[i].file = files[i].filename().string();
-    std::erase_if(spans, [](const Span& s) { return s.end_ns == 0; });
-    require_one_recording(std::move(spans), name_);
-  }
+  for (const BagMessage& m : contents_.messages) ++contents_.topics[m.topic].messages;
+  if (parts_.size() > 1) require_one_recording(parts_in(path));
   std::stable_sort(contents_.messages.begin(), contents_.messages.end(),
                    [](const BagMessage& a, const BagMessage& b) { return a.time_ns < b.time_ns; });
+}
+
+void Bag::require_one_recording(const std::vector<fs::path>& files) const {
+  require_no_gaps(spans_of(contents_.messages, {}), files, name_);
+  for (std::uint32_t topic = 0; topic < contents_.topics.size(); ++topic) {
+    const std::string& type = contents_.topics[topic].type;
+    if (type == kImageType || type == kCompressedImageType) require_no_copies(spans_of(contents_.messages, topic), files, name_);
+  }
 }
 
 void Bag::add(const fs::path& path) {

@@ -72,7 +72,7 @@ bool is_bag(const std::filesystem::path& path);
 class Bag {
  public:
   // A file, or a folder with the parts of a bag that was split. Throws Error for what is none, is packed or encrypted as a whole,
-  // or was recorded at another time than the other parts.
+  // or was recorded at another time than the other parts, or twice.
   explicit Bag(const std::filesystem::path& path);
 
   const std::string& name() const { return name_; }
@@ -86,6 +86,7 @@ class Bag {
 
  private:
   void add(const std::filesystem::path& path);
+  void require_one_recording(const std::vector<std::filesystem::path>& files) const;
 
   std::string name_;
   std::string container_;

@@ -137,7 +137,9 @@ class Chooser {
   std::string all() const {
     std::vector<std::string> texts;
     for (const BagTopic& topic : bag_.topics()) texts.push_back(fmt::format("{} ({})", topic.name, topic.type));
-    return texts.empty() ? "it holds no messages" : fmt::format("its topics: {}", fmt::join(texts, ", "));
+    const std::string lost = bag_.left_out().empty() ? "" : fmt::format(" (left out: {})", bag_.left_out().front());
+    if (texts.empty()) return fmt::format("it holds no messages{}; record it anew, or copy it again", lost);
+    return fmt::format("record them too; its topics: {}{}", fmt::join(texts, ", "), lost);
   }
 
   const Bag& bag_;

@@ -42,30 +42,39 @@ struct BagFrame {
   std::string problem;
 };
 
-// The messages of a topic by the stamps in their headers, or, where those were never set, by when they were recorded.
-std::vector<StampedMessage> stamped(const Bag& bag, std::uint32_t topic_number, RecordingNotes& notes) {
-  constexpr std::uint64_t kHeaderBytes = 512;
-  const BagTopic& topic = bag.topics()[topic_number];
-  std::vector<StampedMessage> list;
-  std::size_t damaged = 0;
-  for (const BagMessage& message : bag.messages()) {
-    if (message.topic != topic_number) continue;
-    try {
-      list.push_back({decode_header(bag.read(message, kHeaderBytes), topic.serialization).time_ns, message});
-    } catch (const FileError&) {
-      throw;
-    } catch (const Error&) {
-      ++damaged;
-    }
-  }
-  if (damaged > 0) notes.left_out.push_back(fmt::format("{} messages of {}, which cannot be read", damaged, topic.name));
+// Orders the messages of a topic by the stamps in their headers or, where those were never set, by when they were recorded.
+void settle_order(std::vector<StampedMessage>& list, const std::string& topic, RecordingNotes& notes) {
   if (!list.empty() && std::all_of(list.begin(), list.end(), [](const StampedMessage& m) { return m.time_ns == 0; })) {
-    notes.assumed.push_back(
-        fmt::format("the images of {} have no stamps: they are of the time when they were recorded", topic.name));
+    notes.assumed.push_back(fmt::format("the images of {} have no stamps: they are of the time when they were recorded", topic));
     for (StampedMessage& m : list) m.time_ns = m.message.time_ns;
   }
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
-  return list;
+}
+
+// The messages of some topics, in one walk over the bag: its chunks are unpacked one after the other.
+std::vector<std::vector<StampedMessage>> stamped(const Bag& bag, const std::vector<std::uint32_t>& topics,
+                                                 RecordingNotes& notes) {
+  constexpr std::uint64_t kHeaderBytes = 512;
+  std::vector<std::vector<StampedMessage>> lists(topics.size());
+  std::vector<std::size_t> damaged(topics.size());
+  for (const BagMessage& message : bag.messages()) {
+    const auto at = static_cast<std::size_t>(std::find(topics.begin(), topics.end(), message.topic) - topics.begin());
+    if (at == topics.size()) continue;
+    try {
+      const BagTopic& topic = bag.topics()[message.topic];
+      lists[at].push_back({decode_header(bag.read(message, kHeaderBytes), topic.serialization).time_ns, message});
+    } catch (const FileError&) {
+      throw;
+    } catch (const Error&) {
+      ++damaged[at];
+    }
+  }
+  for (std::size_t i = 0; i < topics.size(); ++i) {
+    const std::string& name = bag.topics()[topics[i]].name;
+    if (damaged[i] > 0) notes.left_out.push_back(fmt::format("{} messages of {}, which cannot be read", damaged[i], name));
+    settle_order(lists[i], name, notes);
+  }
+  return lists;
 }
 
 std::vector<double> times_of(const std::vector<StampedMessage>& list) {
@@ -171,8 +180,8 @@ class BagDataset : public Dataset {
     const std::optional<BagPoses> poses =
         pairing.without_poses ? std::nullopt : std::optional(poses_of(bag_, roles, chosen, std::move(tree)));
     if (poses) notes_.assumed.insert(notes_.assumed.end(), poses->assumed.begin(), poses->assumed.end());
-    const ImageTimes images{stamped(bag_, chosen.color, notes_), stamped(bag_, chosen.depth, notes_),
-                            pairing.tolerance_s.value_or(kMaxTimeDifference_s)};
+    auto lists = stamped(bag_, {chosen.color, chosen.depth}, notes_);
+    const ImageTimes images{std::move(lists[0]), std::move(lists[1]), pairing.tolerance_s.value_or(kMaxTimeDifference_s)};
     frames_ = frames_of(images, poses);
     require_one_clock(bag_, frames_, poses ? poses->source : "", images.tolerance_s);
     calibration_ = fitted(calibration_, first_size(bag_, images.depth, "depth", depth_in),
@@ -284,7 +293,10 @@ std::unique_ptr<Dataset> open_bag_as(const fs::path& path, const BagChoice& choi
                                      const PairingOptions& pairing) {
   const fs::path absolute = fs::absolute(path).lexically_normal();
   if (!is_there(absolute)) throw Error(fmt::format("{}: no such file or folder; give the path of a bag", absolute.string()));
-  if (!is_bag(absolute)) throw Error(fmt::format("{}: no bag, so it has no topics to choose from", absolute.string()));
+  if (!is_bag(absolute))
+    throw Error(fmt::format(
+        "{}: no bag, so it has no topics to choose from; leave out the choice (--topics, or what follows ? in its name)",
+        absolute.string()));
   return std::make_unique<BagDataset>(absolute, choice, calibration, pairing);
 }
 

@@ -127,6 +127,41 @@ class Bags(unittest.TestCase):
         writers.write_ros1(folder / "room_1.bag", messages[31:])
         self.expect_same(folder)
 
+    def test_poses_between_images_are_interpolated_and_lenses_straightened(self):
+        shift_ns, lens = 13_000_000, [-0.2, 0.05, 0.001, -0.002, 0.0]
+        tum = self.folder / "shifted"
+        calibration = self.folder / "lens.toml"
+        room.write_tum(tum, shift_ns)
+        text = (self.folder / "room.toml").read_text().replace("distortion = []", f"distortion = {lens}")
+        calibration.write_text(text)
+        expected = self.map_of(tum, "--calibration", str(calibration))
+        self.assertNotEqual(expected, self.expected)
+        messages = room.messages()
+        for time, topic, kind, fields in messages:
+            if kind == "sensor_msgs/CameraInfo":
+                fields["d"] = lens
+            for transform in fields.get("transforms", []):
+                transform["header"]["stamp"] += shift_ns
+        path = self.folder / "shifted.db3"
+        writers.write_db3(path, messages)
+        self.assertEqual(self.map_of(path), expected)
+
+    def test_a_copy_beside_a_bag_is_refused(self):
+        folder = self.folder / "copies"
+        folder.mkdir()
+        writers.write_db3(folder / "a.db3", room.messages())
+        writers.write_db3(folder / "b.db3", room.messages())
+        self.assertIn("a.db3 and b.db3 hold images of one topic at one time", self.refusal(folder))
+
+    def test_what_was_cut_off_in_its_first_bytes_says_so(self):
+        path = self.folder / "cut.mcap"
+        if not writers.write_mcap(path, room.messages(), "zstd"):
+            self.skipTest(NO_MCAP)
+        path.write_bytes(path.read_bytes()[:5000])
+        error = self.refusal(path)
+        self.assertIn("it holds no messages (left out: ", error)
+        self.assertIn("cut off", error)
+
     def test_topics_are_chosen_where_there_are_several(self):
         path = self.folder / "two.db3"
         messages = room.messages()

@@ -56,8 +56,8 @@ def time_ns(i):
     return BEGIN_NS + i * STEP_NS
 
 
-def write_tum(folder):
-    """The folder, and a calibration file beside it."""
+def write_tum(folder, pose_shift_ns=0):
+    """The folder, and a calibration file beside it. Poses may be of later times than the images."""
     folder = Path(folder)
     lists = {"rgb": [], "depth": []}
     poses = []
@@ -69,7 +69,8 @@ def write_tum(folder):
             (folder / name / f"{stamp}.png").write_bytes(png(pixels))
             lists[name].append(f"{stamp} {name}/{stamp}.png\n")
         numbers = " ".join(f"{value:.17g}" for part in pose(i) for value in part)
-        poses.append(f"{stamp} {numbers}\n")
+        pose_ns = time_ns(i) + pose_shift_ns
+        poses.append(f"{pose_ns // 10**9}.{pose_ns % 10**9:09} {numbers}\n")
     for name, lines in lists.items():
         (folder / f"{name}.txt").write_text("".join(lines))
     (folder / "groundtruth.txt").write_text("".join(poses))

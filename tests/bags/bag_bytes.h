@@ -104,6 +104,14 @@ inline std::string transform_bytes(double time_s, const std::string& parent, con
   return writer.put(std::uint32_t{1}).header(time_s, parent).text(child).pose(position, Eigen::Quaterniond::Identity()).bytes();
 }
 
+inline std::string odometry_bytes(double time_s, const std::string& parent, const std::string& child, const Vec3d& position) {
+  MessageBytesWriter writer;
+  writer.header(time_s, parent).text(child).pose(position, Eigen::Quaterniond::Identity());
+  constexpr int kCovariancesAndTwist = 36 + 6 + 36;
+  for (int i = 0; i < kCovariancesAndTwist; ++i) writer.put(0.0);
+  return writer.bytes();
+}
+
 struct WrittenMessage {
   std::string topic;
   std::string type;

@@ -67,8 +67,9 @@ TEST(Bag, CutOffAnywhereIsReadAsFarAsItGoes) {
   const std::vector<WrittenMessage> messages = {{"/a", "t/T", 1, "1"}, {"/a", "t/T", 2, "2"}};
   Ros1Fields plain;
   plain.is_indexed = false;
+  constexpr std::size_t kPadding = 4000;  // at the beginning of ROS 1 bags
   for (const std::string& whole : {ros1_bag(messages), ros1_bag(messages, plain), mcap_bag(messages)}) {
-    for (std::size_t n = 16; n < whole.size(); n += 3) {
+    for (std::size_t n = 16; n<whole.size(); n += whole.size()> kPadding && n < kPadding ? 97 : 3) {
       write_file(folder / "a.bag", whole.substr(0, n));
       const Bag bag(folder / "a.bag");
       for (const BagMessage& m : bag.messages()) EXPECT_EQ(bag.read(m).size(), 1U);
@@ -142,6 +143,23 @@ TEST(Bag, PartsInAFolderAreOneUnlessTheyAreOfOtherTimes) {
   expect_messages(folder);
   write_file(folder / "b.bag", ros1_bag({{"/a", "std_msgs/String", 5000, "another day"}}));
   EXPECT_THAT(error_of(folder), HasSubstr("no parts of one bag"));
+}
+
+TEST(Bag, ACopyOfABagBesideItIsNoPartOfIt) {
+  const fs::path folder = fresh_folder("copies");
+  const auto images = [](double begin_s) {
+    std::vector<WrittenMessage> messages;
+    for (int i = 0; i < 4; ++i) {
+      messages.push_back({"/d", "sensor_msgs/Image", begin_s + 0.1 * i, image_bytes({begin_s + 0.1 * i})});
+      messages.push_back({"/tf", "tf2_msgs/TFMessage", begin_s + 0.1 * i, transform_bytes(begin_s, "map", "camera", {0, 0, 0})});
+    }
+    return messages;
+  };
+  write_file(folder / "a_0.bag", ros1_bag(images(10)));
+  write_file(folder / "a_1.bag", ros1_bag(images(10.25)));
+  EXPECT_EQ(Bag(folder).messages().size(), 16U) << "one image too early at the seam";
+  write_file(folder / "a_1.bag", ros1_bag(images(10)));
+  EXPECT_THAT(error_of(folder), HasSubstr("a_0.bag and a_1.bag hold images of one topic at one time"));
 }
 
 TEST(Bag, AMapFileIsNone) {

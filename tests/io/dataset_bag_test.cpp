@@ -111,6 +111,34 @@ TEST(DatasetBag, RefusesWhatItCannotConnect) {
   EXPECT_THAT(refusal(write_bag(fresh_folder("clocks"), fields)), HasSubstr("of one clock"));
 }
 
+TEST(DatasetBag, OdometryOfARobotIsCarriedToItsCamera) {
+  BagFields fields;
+  fields.pose_topic = "";
+  // Between the images, so that poses are interpolated.
+  for (const double time_s : {99.95, 100.05, 100.15, 100.25}) {
+    fields.more.push_back(
+        {"/odom", "nav_msgs/Odometry", time_s, odometry_bytes(time_s, "odom", "base_link", {10 * (time_s - 100), 0, 0})});
+  }
+  fields.more.push_back({"/tf_static", "tf2_msgs/TFMessage", 100, transform_bytes(100, "base_link", "mast", {0, 0, 1})});
+  fields.more.push_back({"/tf_static", "tf2_msgs/TFMessage", 100, transform_bytes(100, "mast", "camera", {0, 0.5, 0})});
+  const auto dataset = open_recording(write_bag(fresh_folder("robot"), fields));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d expected(static_cast<double>(i), 0.5, 1);
+    ASSERT_TRUE(dataset->pose(i));
+    EXPECT_NEAR((dataset->pose(i)->translation() - expected).norm(), 0, 1e-9) << i;
+  }
+}
+
+TEST(DatasetBag, InAFolderBelowIsNamed) {
+  const fs::path folder = fresh_folder("above");
+  fs::create_directory(folder / "walk");
+  write_bag(folder / "walk");
+  EXPECT_THAT(error_of([&] { open_recording(folder); }), HasSubstr((folder / "walk").string() + " meant?"));
+  fs::remove(folder / "walk/a.bag");
+  write_file(folder / "walk/metadata.yaml", "rosbag2_bagfile_information:\n");
+  EXPECT_THAT(error_of([&] { open_recording(folder / "walk"); }), HasSubstr("not beside it"));
+}
+
 TEST(DatasetBag, WithoutPosesIsOpenedToBeTracked) {
   BagFields fields;
   fields.pose_topic = "";
