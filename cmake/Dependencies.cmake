@@ -6,7 +6,11 @@ find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(ZLIB REQUIRED)
-# base/ alone: images
+# base/ alone: images, the map file, bags
+find_package(SQLite3 3.37 REQUIRED)
+find_package(zstd REQUIRED)
+find_package(LZ4 REQUIRED)
+find_package(BZip2 REQUIRED)
 find_package(PNG REQUIRED)
 find_package(TurboJPEG REQUIRED)
 find_package(TIFF 4.5 REQUIRED)
@@ -16,9 +20,6 @@ find_package(TinyGLTF REQUIRED)
 if(PANOPTIC_PARALLEL STREQUAL "tbb")
   find_package(TBB REQUIRED)
 endif()
-# map/ alone: the map file
-find_package(SQLite3 3.37 REQUIRED)
-find_package(zstd REQUIRED)
 # tracking/ alone: the pose graph
 find_package(CeresParts REQUIRED)
 # planning/ alone: the navigation mesh, the octree

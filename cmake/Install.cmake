@@ -6,7 +6,7 @@
 include(CMakePackageConfigHelpers)
 
 set(_package ${CMAKE_INSTALL_LIBDIR}/cmake/panoptic)
-set(_targets_core core base data map io predict fusion crf objects meshing tracking mapfile analysis planning mapping)
+set(_targets_core core base data bags map io predict fusion crf objects meshing tracking mapfile analysis planning mapping)
 set(_targets_simulation simulation sim)
 set(_targets_evaluation evaluation eval)
 set(PANOPTIC_COMPONENTS core)
@@ -45,5 +45,5 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/panopticConfig.cmake.i
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/panopticConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/panopticConfig.cmake ${PROJECT_BINARY_DIR}/panopticConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/FindOpenCVParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindOnnxRuntime.cmake
-  ${PROJECT_SOURCE_DIR}/cmake/FindTurboJPEG.cmake ${PROJECT_SOURCE_DIR}/cmake/FindRecast.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/FindTurboJPEG.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLZ4.cmake ${PROJECT_SOURCE_DIR}/cmake/FindRecast.cmake
   ${PROJECT_SOURCE_DIR}/cmake/FindOctoMapParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindCeresParts.cmake DESTINATION ${_package} COMPONENT dev)

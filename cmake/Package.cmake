@@ -52,7 +52,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libpanoptic-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "panoptic (= ${PROJECT_VERSION}), libeigen3-dev, libtbb-dev, libtomlplusplus-dev, libfmt-dev, nlohmann-json3-dev, \
 zlib1g-dev, libtinygltf-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-dnn-dev, libpng-dev, libturbojpeg0-dev, libtiff-dev, libopenexr-dev, \
-libsqlite3-dev, libzstd-dev, librecast-dev, liboctomap-dev, libceres-dev, libembree-dev, \
+libsqlite3-dev, libzstd-dev, liblz4-dev, libbz2-dev, librecast-dev, liboctomap-dev, libceres-dev, libembree-dev, \
 libzip-dev, zipcmp, zipmerge, ziptool, libtinyobjloader-dev, libnanoflann-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and static libraries of panoptic
  find_package(panoptic) finds them.")

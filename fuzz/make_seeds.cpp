@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "fuzz/input.h"
+#include "fuzz/small_bag.h"
 #include "fuzz/small_map.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
@@ -355,6 +356,7 @@ std::size_t make_seeds(const fs::path& folder) {
   Seeds seeds(folder);
   const Scratch scratch("seeds");
   sens_seeds(seeds, scratch);
+  for (const auto& [name, bytes] : small_bags()) seeds.put("bag", name, bytes);
   image_seeds(seeds, scratch);
   depth_seeds(seeds);
   mesh_seeds(seeds, scratch);

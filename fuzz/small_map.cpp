@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 #include "panoptic/mapfile/map_writer.h"
 
 namespace panoptic::fuzz {

@@ -7,7 +7,8 @@
 namespace panoptic::fuzz {
 
 std::span<const Target> targets() {
-  static constexpr std::array<Target, 15> kTargets = {{{"block_codec", block_codec},
+  static constexpr std::array<Target, 16> kTargets = {{{"bag", bag},
+                                                       {"block_codec", block_codec},
                                                        {"coco", coco},
                                                        {"corrections", corrections},
                                                        {"http", http},

@@ -13,6 +13,7 @@ namespace panoptic::fuzz {
 
 using Input = std::span<const std::uint8_t>;
 
+void bag(Input input);
 void block_codec(Input input);
 void coco(Input input);
 void corrections(Input input);

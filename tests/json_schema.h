@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <string_view>
@@ -22,7 +23,15 @@ class JsonSchema {
   std::string complaint(const Json& value) const { return complaint(root_, value, "$"); }
 
  private:
-  static bool has_type(const Json& value, const std::string& type) {
+  // `type`: the name of one, or a list of them.
+  static bool has_type(const Json& value, const Json& type) {
+    if (!type.is_array()) return is_of_type(value, type.get<std::string>());
+    return std::any_of(type.begin(), type.end(), [&](const Json& t) { return is_of_type(value, t.get<std::string>()); });
+  }
+
+  static bool is_of_type(const Json& value, const std::string& type) {
+    if (type == "null") return value.is_null();
+    if (type == "boolean") return value.is_boolean();
     if (type == "object") return value.is_object();
     if (type == "array") return value.is_array();
     if (type == "string") return value.is_string();
@@ -33,7 +42,7 @@ class JsonSchema {
   static std::string unknown_keyword(const Json& schema) {
     static const std::set<std::string> kKnown = {
         "$schema", "$defs",    "$ref",     "title",   "description", "type", "properties", "required", "additionalProperties",
-        "items",   "minItems", "maxItems", "minimum", "maximum"};
+        "items",   "minItems", "maxItems", "minimum", "maximum",     "enum"};
     for (const auto& [key, value] : schema.items()) {
       if (!kKnown.contains(key)) return key;
     }
@@ -48,7 +57,11 @@ class JsonSchema {
     if (const std::string key = unknown_keyword(schema); !key.empty())
       return "the schema's keyword " + key + " is not known here";
     if (schema.contains("type") && !has_type(value, schema["type"]))
-      return fmt::format("{} is no {}", at, schema["type"].get<std::string>());
+      return fmt::format("{} is no {}", at,
+                         schema["type"].is_string() ? schema["type"].get<std::string>() : schema["type"].dump());
+    const bool is_listed =
+        !schema.contains("enum") || std::find(schema["enum"].begin(), schema["enum"].end(), value) != schema["enum"].end();
+    if (!is_listed) return at + " is none of " + schema["enum"].dump();
     if (schema.contains("minimum") && value.get<double>() < schema["minimum"].get<double>()) return at + " is too small";
     if (schema.contains("maximum") && value.get<double>() > schema["maximum"].get<double>()) return at + " is too large";
     if (schema.contains("minItems") && value.size() < schema["minItems"].get<std::size_t>()) return at + " has too few items";

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/panoptic/arguments.h"
+#include "apps/panoptic/take_topics.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/version.h"
 #include "panoptic/mapping/option_fields.h"
@@ -33,14 +34,20 @@ void add_threads(CLI::App& app, Arguments& a) {
 
 void add_recording(CLI::App& app, Arguments& a) {
   app.add_option("dataset", a.dataset,
-                 "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, or a plain folder;\n"
-                 "a list of recordings, LIST.toml, to map them as one; or a simulated home: sim:SEED[,rooms=R,frames=F,noise=P]")
+                 "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, a bag (.bag, .mcap, .db3), or a "
+                 "plain folder;\n"
+                 "a list of recordings, LIST.toml, to map them as one; or a simulated home: "
+                 "sim:SEED[,rooms=R,frames=F,noise=P,\ndynamics=D]")
       ->required();
   constexpr double kLongest_s = 1e6;
   app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, lens, depth scale and the colour camera");
-  app.add_option("--pair-tolerance", a.pair_tolerance_s,
-                 "seconds between colour and depth of a pair at most, for recordings paired by time (TUM RGB-D), default 0.02")
+  app.add_option(
+         "--pair-tolerance", a.pair_tolerance_s,
+         "seconds between colour and depth of a pair at most, for recordings paired by time (TUM RGB-D, bags), default 0.02")
       ->check(CLI::Range(0.0, kLongest_s));
+  app.add_option(
+      "--topics", a.topics,
+      "of a bag: depth=TOPIC,color=TOPIC,info=TOPIC,pose=TOPIC, each where there are several (panoptic info BAG lists them)");
   add_threads(app, a);
 }
 
@@ -69,6 +76,7 @@ void add_simulation(CLI::App& app, Arguments& a) {
   app.add_option("--frames", a.frame_count, "frames of the recording; default: as the way takes at 30 Hz")
       ->check(CLI::Range(1, kMostFrames));
   app.add_option("--noise", a.noise, "sensor and tracker: none, kinect (default), drift, harsh");
+  app.add_option("--dynamics", a.dynamics, "what moves: static (default), people, changes (furniture and doors), busy (both)");
   app.add_option("--predictions", a.predictions, "what networks give: oracle, good, maskrcnn (default), poor, or none");
   app.add_option("--config", a.config, "TOML file of options; DIR/simulation.toml of an earlier simulation is one");
   app.add_option("--set", a.settings, "one option, key=value, as in simulation.toml; may be repeated");
@@ -92,6 +100,11 @@ void add_evaluation(CLI::App& app, Arguments& a) {
   app.add_option("--csv", a.csv, "write the scores per class to this file");
   app.add_option("--write-submission", a.submission,
                  "write the labels as the ScanNet server takes them, and the truth, to this folder");
+  CLI::Option* changes =
+      app.add_flag("--changes", a.changes,
+                   "score too what the run says is gone, new and moved, and ghosts; --gt is a scan of simulate --dynamics");
+  app.add_option("--moving", a.moving, "with --changes: score the masks in this folder, written by run --write-moving")
+      ->needs(changes);
   app.add_option("--category-map", a.category_map, "scannetv2-labels.combined.tsv; default: beside the scan, else NYU40's names");
   app.add_option("--id-space", a.id_space,
                  "how --pred numbers classes: nyu40 (default), scannet20 (1 to 20 in the benchmark's order), train (0 to 19)");
@@ -146,7 +159,7 @@ CLI::App* add_map_command(CLI::App& app, const char* name, const char* help, Arg
 }
 
 void add_map_commands(CLI::App& app, Arguments& a) {
-  CLI::App* info = add_map_command(app, "info", "what a map file holds", a);
+  CLI::App* info = add_map_command(app, "info", "what a map file holds, or a bag (.bag, .mcap, .db3)", a);
   info->add_flag("--json", a.as_json, "as JSON");
 
   CLI::App* mesh = add_map_command(app, "mesh", "write the surface of a map file", a);
@@ -157,6 +170,8 @@ void add_map_commands(CLI::App& app, Arguments& a) {
   query->add_option("--box", a.query_box, "objects in this box: x0,y0,z0,x1,y1,z1 in metres");
   query->add_option("--nearest", a.query_nearest, "the five objects nearest to x,y,z");
   query->add_option("--at", a.query_at, "what is at x,y,z");
+  query->add_option("--when", a.query_when, "objects that were there at this time, seconds of the recording");
+  query->add_option("--changes-since", a.query_since, "objects that came, were moved or went after this time");
   query->add_flag("--json", a.as_json, "as JSON");
   query->footer("Write --at=-1,2,3 where the first number is negative.");
 
@@ -222,6 +237,7 @@ void add_run(CLI::App& run, Arguments& a) {
   add_networks(run, a);
   run.add_option("--predictions", a.predictions, "use the predictions in this folder instead of networks");
   run.add_option("-o,--output", a.output, "folder for mesh.ply, scene.glb, objects.json, report.json, views/")->required();
+  run.add_option("--write-moving", a.write_moving, "folder for a mask of what moves in each frame: 8 bits, 255 = moves");
   run.add_flag("--no-pictures", a.no_pictures, "leave out views/: no pictures of the map");
   add_map_file(run, a);
   add_live(run, a);
@@ -344,6 +360,7 @@ Arguments parse_arguments(int argc, char** argv) {
     throw UsageError(fmt::format("{}; see panoptic --help", e.what()));
   }
   a.command = app.get_subcommands().front()->get_name();
+  take_topics(a);
   return a;
 }
 

@@ -35,6 +35,7 @@ struct Arguments {
   std::vector<std::string> settings;  // key=value
   std::string calibration;
   std::optional<double> pair_tolerance_s;
+  std::string topics;         // of a bag; parse_arguments appends them to `dataset`
   bool no_preflight = false;  // run, predict
   std::vector<std::string> semantic;
   std::string instance;
@@ -63,6 +64,7 @@ struct Arguments {
   std::optional<int> rooms;
   std::optional<int> frame_count;
   std::optional<std::string> noise;
+  std::optional<std::string> dynamics;
   std::string contact_sheet;
   // eval
   std::string evaluated;  // folder of a run, or "semantic", "instance", "panoptic": the form of `predictions`
@@ -70,6 +72,8 @@ struct Arguments {
   std::string json;
   std::string csv;
   std::string submission;
+  bool changes = false;
+  std::string moving;
   std::string category_map;
   std::string id_space = "nyu40";
   std::string variant = "pq-scannet20";
@@ -93,6 +97,9 @@ struct Arguments {
   std::string query_box;
   std::string query_nearest;
   std::string query_at;
+  std::optional<double> query_when;  // seconds of the recording
+  std::optional<double> query_since;
+  std::string write_moving;  // run: folder
   bool as_json = false;
   // plan
   std::string path_from;

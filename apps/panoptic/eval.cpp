@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "apps/panoptic/commands.h"
@@ -12,14 +13,17 @@
 #include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
+#include "panoptic/eval/change_scores.h"
 #include "panoptic/eval/id_space.h"
 #include "panoptic/eval/labelled_vertices.h"
 #include "panoptic/eval/scores_text.h"
 #include "panoptic/eval/submission.h"
 #include "panoptic/eval/vertex_labels.h"
 #include "panoptic/evaluation.h"
+#include "panoptic/io/dynamics.h"
 #include "panoptic/parallel.h"
 #include "panoptic/scan_truth.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {
@@ -89,6 +93,37 @@ void warn_of_missing_scenes(const Arguments& a, const std::vector<std::string>& 
   if (missing > 0) print_warnings({fmt::format("{} scenes of {} have no prediction and do not count", missing, a.truth)});
 }
 
+Eigen::AlignedBox3d box_of(const std::vector<Vec3f>& points) {
+  constexpr double kMargin_m = 0.5;  // what stands before walls that were never seen
+  Eigen::AlignedBox3d box;
+  for (const Vec3f& point : points) box.extend(point.cast<double>());
+  if (!box.isEmpty()) box = {box.min() - Vec3d::Constant(kMargin_m), box.max() + Vec3d::Constant(kMargin_m)};
+  return box;
+}
+
+// Scores what the run says of a world that moves.
+ChangeScores evaluate_changes(const Arguments& a, const std::optional<SurfaceScores>& surface) {
+  const fs::path scan = a.truth;
+  const DynamicsTruth truth = read_dynamics(scan / kDynamicsFile);
+  ChangeScores scores = change_scores(true_changes(truth), claimed_changes(a.evaluated), surface);
+  if (a.moving.empty()) return scores;
+  const Eigen::AlignedBox3d box = box_of(read_scan_truth(scan, a.category_map).positions);
+  scores.moving = score_moving(*open_recording(scan), scan / kMovingFolder, a.moving, box);
+  return scores;
+}
+
+void require_possible_evaluation(const Arguments& a, bool is_form) {
+  if (is_form && a.predictions.empty()) {
+    throw UsageError(fmt::format("eval {0} needs --pred DIR; a run in a folder called '{0}' is ./{0}", a.evaluated));
+  }
+  if (!is_form && a.id_space != "nyu40") throw UsageError("--id-space goes with --pred");
+  if (!is_form && !a.predictions.empty()) throw UsageError("--pred goes with eval semantic, eval instance or eval panoptic");
+  if (is_form && !a.submission.empty()) throw UsageError("--write-submission takes a run, not a submission");
+  if (!a.changes) return;
+  if (is_form || is_map_file(a.evaluated)) throw UsageError("--changes takes the folder of a run");
+  if (a.truth.starts_with("sim:")) throw UsageError("--changes needs a folder of panoptic simulate --dynamics for --gt");
+}
+
 Json settings_json(const Arguments& a) {
   Json json = {{"evaluated", a.evaluated}, {"ground_truth", a.truth}};
   if (a.predictions.empty()) {
@@ -105,12 +140,7 @@ Json settings_json(const Arguments& a) {
 
 int evaluate(const Arguments& a) {
   const bool is_form = a.evaluated == "semantic" || a.evaluated == "instance" || a.evaluated == "panoptic";
-  if (is_form && a.predictions.empty()) {
-    throw UsageError(fmt::format("eval {0} needs --pred DIR; a run in a folder called '{0}' is ./{0}", a.evaluated));
-  }
-  if (!is_form && a.id_space != "nyu40") throw UsageError("--id-space goes with --pred");
-  if (!is_form && !a.predictions.empty()) throw UsageError("--pred goes with eval semantic, eval instance or eval panoptic");
-  if (is_form && !a.submission.empty()) throw UsageError("--write-submission takes a run, not a submission");
+  require_possible_evaluation(a, is_form);
   set_thread_count(a.threads);
   Evaluation evaluation(a.variant);
   std::string misplaced;
@@ -123,8 +153,12 @@ int evaluate(const Arguments& a) {
   }
   const Scores scores = evaluation.scores();
   fmt::print("{}", to_table(scores));
+  std::optional<ChangeScores> changes;
+  if (a.changes) changes = evaluate_changes(a, scores.surface);
+  if (changes) fmt::print("{}", to_table(*changes));
   if (!a.json.empty()) {
     Json json = to_json(scores);
+    if (changes) json["changes"] = to_json(*changes);
     json["settings"] = settings_json(a);
     write_json_file(a.json, json);
   }

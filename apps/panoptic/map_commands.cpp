@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/numbers.h"
 #include "apps/panoptic/progress.h"
+#include "panoptic/bag.h"
 #include "panoptic/base/json.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/log_rows.h"
@@ -95,6 +97,45 @@ Answer point_answer(const std::optional<PointAnswer>& at, const LabelSet& labels
                       labels.name_of(at->class_id), number(at->id), at->distance_m, at->weight, 100 * at->label_share)};
 }
 
+Json to_json(const ObjectSpan& s, const LabelSet& labels) {
+  const auto id = [](PanopticId of) { return of == PanopticId::kUnknown ? Json(nullptr) : Json(number(of)); };
+  const char* past = s.moved_to == PanopticId::kUnknown ? "gone" : "moved";
+  return {{"id", number(s.id)},
+          {"class", labels.name_of(s.class_id)},
+          {"state", s.gone_s ? past : "present"},
+          {"center_m", to_json(s.box.center_m)},
+          {"box", {{"min_m", to_json(s.box.min_m)}, {"max_m", to_json(s.box.max_m)}}},
+          {"first_time", s.first_s},
+          {"gone_time", s.gone_s ? Json(*s.gone_s) : Json(nullptr)},
+          {"appeared", s.appeared},
+          {"moved_from", id(s.moved_from)},
+          {"moved_to", id(s.moved_to)}};
+}
+
+// "seen from 1.2 s", "new at 3.0 s", "gone at 7.5 s", "moved at 7.5 s to 71".
+std::string fate_of(const ObjectSpan& s) {
+  if (s.moved_to != PanopticId::kUnknown) return fmt::format("moved at {:.1f} s to {}", *s.gone_s, number(s.moved_to));
+  if (s.gone_s) return fmt::format("gone at {:.1f} s", *s.gone_s);
+  if (s.moved_from != PanopticId::kUnknown) return fmt::format("moved here at {:.1f} s from {}", s.first_s, number(s.moved_from));
+  return fmt::format("{} {:.1f} s", s.appeared ? "new at" : "seen from", s.first_s);
+}
+
+Answer span_answer(const std::vector<ObjectSpan>& spans, const LabelSet& labels) {
+  Answer answer{Json::array(), spans.empty() ? "none\n" : ""};
+  for (const ObjectSpan& s : spans) {
+    const Vec3d c = s.box.center_m;
+    answer.json.push_back(to_json(s, labels));
+    answer.text += fmt::format("{:>6}  {:<16} at {:7.2f} {:7.2f} {:7.2f}  {}\n", number(s.id), labels.name_of(s.class_id), c.x(),
+                               c.y(), c.z(), fate_of(s));
+  }
+  return answer;
+}
+
+Answer history_answer(const Arguments& a, const SavedMap& saved) {
+  const std::vector<ObjectSpan> spans = object_spans(saved.map, load_frames(a.map));
+  return span_answer(a.query_when ? present_at(spans, *a.query_when) : changed_since(spans, *a.query_since), saved.map.labels);
+}
+
 Answer answer_to(const Arguments& a, const MapQuery& query, const LabelSet& labels) {
   constexpr std::size_t kNearest = 5;
   if (!a.query_class.empty()) return list_answer(query.of_class(a.query_class), labels);
@@ -168,6 +209,26 @@ std::string info_text(const Json& j) {
   return text;
 }
 
+int bag_info(const Arguments& a) {
+  const BagListing bag = list_bag(a.map);
+  Json json = {
+      {"file", a.map}, {"container", bag.container}, {"begin_s", bag.begin_s}, {"end_s", bag.end_s}, {"left_out", bag.left_out}};
+  json["topics"] = Json::array();
+  for (const ListedTopic& t : bag.topics) {
+    json["topics"].push_back({{"name", t.name}, {"type", t.type}, {"messages", t.messages}, {"role", t.role}, {"note", t.note}});
+  }
+  if (a.as_json) {
+    fmt::print("{}\n", json.dump(2));
+    return kDone;
+  }
+  fmt::print("{}\n{}, {:.1f} s from {:.3f}\n", a.map, bag.container, bag.end_s - bag.begin_s, bag.begin_s);
+  for (const std::string& line : bag.left_out) fmt::print("left out  {}\n", line);
+  for (const ListedTopic& t : bag.topics) {
+    fmt::print("{:<6}{:>8} x {} ({}{}{})\n", t.role, t.messages, t.name, t.type, t.note.empty() ? "" : ", ", t.note);
+  }
+  return kDone;
+}
+
 }  // namespace
 
 SavedMap load_map_and_tell(const std::string& path) {
@@ -184,6 +245,7 @@ void tell_note(const std::string& note) {
 
 int map_info(const Arguments& a) {
   set_thread_count(a.threads);
+  if (is_bag_recording(a.map)) return bag_info(a);
   const SavedMap saved = load_map_and_tell(a.map);
   const Json json = info_json(a.map, saved, load_frames(a.map));
   fmt::print("{}", a.as_json ? json.dump(2) + "\n" : info_text(json));
@@ -208,12 +270,18 @@ int map_mesh(const Arguments& a) {
 int map_query(const Arguments& a) {
   const std::size_t questions =
       static_cast<std::size_t>(!a.query_class.empty()) + static_cast<std::size_t>(!a.query_box.empty()) +
-      static_cast<std::size_t>(!a.query_nearest.empty()) + static_cast<std::size_t>(!a.query_at.empty());
-  if (questions > 1) throw UsageError("one question at a time: --class, --box, --nearest or --at");
+      static_cast<std::size_t>(!a.query_nearest.empty()) + static_cast<std::size_t>(!a.query_at.empty()) +
+      static_cast<std::size_t>(a.query_when.has_value()) + static_cast<std::size_t>(a.query_since.has_value());
+  if (questions > 1) {
+    throw UsageError("one question at a time: --class, --box, --nearest, --at, --when or --changes-since");
+  }
+  for (const std::optional<double>& time_s : {a.query_when, a.query_since}) {
+    if (time_s && !std::isfinite(*time_s)) throw UsageError("a time is a number of seconds");
+  }
   set_thread_count(a.threads);
   const SavedMap saved = load_map_and_tell(a.map);
-  const MapQuery query(saved.map);
-  const Answer answer = answer_to(a, query, saved.map.labels);
+  const bool asks_history = a.query_when || a.query_since;
+  const Answer answer = asks_history ? history_answer(a, saved) : answer_to(a, MapQuery(saved.map), saved.map.labels);
   fmt::print("{}", a.as_json ? answer.json.dump(2) + "\n" : answer.text);
   return kDone;
 }

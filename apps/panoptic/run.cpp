@@ -13,6 +13,7 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
 #include "apps/viewer/server.h"
+#include "panoptic/bag.h"
 #include "panoptic/base/files.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapper.h"
@@ -211,7 +212,7 @@ Options with_shared_threads(Options options) {
 }
 
 std::string title_of(const std::string& recording) {
-  const std::filesystem::path path = std::filesystem::path(recording).lexically_normal();
+  const std::filesystem::path path = path_of_recording(recording).lexically_normal();
   return path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
 }
 
@@ -268,6 +269,9 @@ void require_possible(const Arguments& arguments) {
   if (arguments.online && !arguments.pose_updates.empty()) {
     throw UsageError("--pose-updates is for runs without --online: their moments count frames that online runs may drop");
   }
+  if (arguments.online && !arguments.write_moving.empty()) {
+    throw UsageError("--write-moving is for runs without --online: what moves there is known when the frame is gone");
+  }
   if (arguments.track && (arguments.online || arguments.resume || !arguments.pose_updates.empty())) {
     throw UsageError("--track does not go with --online, --resume or --pose-updates");
   }
@@ -294,6 +298,7 @@ int run(const Arguments& arguments) {
   const std::vector<PoseUpdates> pose_updates = pose_updates_from(arguments);
   set_thread_count(arguments.threads);
   require_writable_folder(arguments.output);
+  if (!arguments.write_moving.empty()) require_writable_folder(arguments.write_moving);
   const OpenedRecording opened = open_to_map(arguments);
   const auto& dataset = opened.dataset;
   const Options placed = with_log(with_swap_folder(options, arguments.output), arguments, opened.is_tracked);
@@ -326,6 +331,7 @@ int run(const Arguments& arguments) {
                    }};
     run.tracker = tracker ? &*tracker : nullptr;
     run.given_poses = opened.given_poses();
+    run.moving_masks = arguments.write_moving;
     if (arguments.online) return map_online(run, arguments.speed.value_or(1), options.online, latest);
     std::optional<LoopPublisher> publisher;
     if (viewer) publisher.emplace(mapper, latest, range.count(dataset->size()));

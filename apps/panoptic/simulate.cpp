@@ -28,6 +28,7 @@ void apply_flags(const Arguments& a, ExportOptions& options) {
   if (a.rooms) options.rooms = *a.rooms;
   if (a.frame_count) options.frames = *a.frame_count;
   if (a.noise) options.noise = *a.noise;
+  if (a.dynamics) options.dynamics = *a.dynamics;
 }
 
 // Defaults, then --config, then the flags.
@@ -44,7 +45,8 @@ ExportOptions export_options(const Arguments& a) {
 }
 
 void print_home(const Simulation& simulation) {
-  fmt::print("{}\n{}", simulation.description(), to_text(statistics(simulation.home()), simulation.home()));
+  const Home home = final_home(simulation.world());
+  fmt::print("{}\n{}", simulation.description(), to_text(statistics(home), home));
   std::fflush(stdout);
 }
 

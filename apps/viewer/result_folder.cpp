@@ -143,7 +143,7 @@ OpenedResult open_result(const fs::path& folder) {
   snapshot->run = state_of(report);
   if (report.up.norm() > 0.5) snapshot->up = report.up.normalized().cast<float>();
   for (const RunObject& object : read_run_objects(folder).objects) {
-    snapshot->objects.push_back(snapshot_object(object, scene.labels, folder));
+    if (object.vertices > 0) snapshot->objects.push_back(snapshot_object(object, scene.labels, folder));  // else it is gone
   }
   std::ranges::sort(snapshot->objects, {}, &SnapshotObject::id);
   const Mesh mesh = read_run_mesh(folder);

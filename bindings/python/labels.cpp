@@ -14,10 +14,11 @@ namespace {
 
 using Color = std::array<std::uint8_t, 3>;
 
-LabelClass make_class(std::int64_t id, std::string name, bool is_thing, const Color& color, double max_size_m, bool is_support) {
+LabelClass make_class(std::int64_t id, std::string name, bool is_thing, const Color& color, double max_size_m, bool is_support,
+                      bool is_mobile) {
   constexpr std::int64_t kHighest = 999;
   if (id < 1 || id > kHighest) throw Error(fmt::format("class '{}' has the number {}: from 1 to {}", name, id, kHighest));
-  return {static_cast<ClassId>(id), std::move(name), is_thing, {color[0], color[1], color[2]}, max_size_m, is_support};
+  return {static_cast<ClassId>(id), std::move(name), is_thing, {color[0], color[1], color[2]}, max_size_m, is_support, is_mobile};
 }
 
 // Queries say so of an object that has no known class.
@@ -61,13 +62,15 @@ ClassId class_numbered(std::int64_t id, const LabelSet* labels) {
 void bind_labels(py::module_& m) {
   py::class_<LabelClass>(m, "LabelClass", "A class of a label set. max_size_m: nothing of it is longer, in metres; 0: no limit.")
       .def(py::init(&make_class), py::arg("id"), py::arg("name"), py::arg("is_thing") = true,
-           py::arg("color") = Color{128, 128, 128}, py::arg("max_size_m") = 0.0, py::arg("is_support") = false)
+           py::arg("color") = Color{128, 128, 128}, py::arg("max_size_m") = 0.0, py::arg("is_support") = false,
+           py::arg("is_mobile") = false)
       .def_property_readonly("id", [](const LabelClass& c) { return number(c.id); })
       .def_readonly("name", &LabelClass::name)
       .def_readonly("is_thing", &LabelClass::is_thing)
       .def_property_readonly("color", [](const LabelClass& c) { return py::make_tuple(c.color.r, c.color.g, c.color.b); })
       .def_readonly("max_size_m", &LabelClass::max_size_m)
       .def_readonly("is_support", &LabelClass::is_support)
+      .def_readonly("is_mobile", &LabelClass::is_mobile)
       .def("__repr__", [](const LabelClass& c) { return fmt::format("<LabelClass {} {}>", number(c.id), c.name); });
 
   py::class_<LabelSet>(m, "LabelSet", R"(The classes of a map: LabelSet("indoor"), LabelSet("my_labels.toml") or

@@ -18,9 +18,9 @@
 #include "fuzz/input.h"
 #include "fuzz/small_map.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_writer.h"
-#include "panoptic/mapfile/sqlite.h"
 
 namespace panoptic::fuzz {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "fuzz/input.h"
 #include "fuzz/small_map.h"
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 #include "panoptic/mapfile/run_notes.h"
 
 namespace panoptic::fuzz {

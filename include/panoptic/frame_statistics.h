@@ -17,6 +17,7 @@ namespace panoptic {
 struct TimedPose {
   double time_s = 0;
   Pose world_from_camera = Pose::Identity();  // the depth camera
+  std::int64_t frame = 0;                     // its number in the recording
 };
 
 class FrameStatistics {
@@ -38,6 +39,8 @@ class FrameStatistics {
   const std::vector<SkippedFrame>& first_skipped() const { return first_; }  // at most kMaxListed
   // Poses of the used frames in their order: of all of them, of every second, every fourth ... as kMaxPoses allows.
   const std::vector<TimedPose>& trajectory() const { return trajectory_; }
+  // The time of a used frame, seconds of the recording; where poses are left out, of the one before it.
+  double time_of(std::int64_t frame) const;
 
  private:
   std::uint64_t used_ = 0;

@@ -90,6 +90,9 @@ class FreeSpaceMap {
   // The cell around a point, world; nothing if it lies farther out than a map reaches.
   std::optional<CellIndex> cell_around(const Vec3d& point_m) const;
 
+  // The cells of a voxel block, to read them with map/space_cells.h; nullptr if none was ever seen.
+  const SpaceChunk::Cells* cells_of(BlockIndex block) const;
+
   // The lowest and the highest coordinates of cells that are not unknown; nothing if there are none.
   std::optional<std::pair<CellIndex, CellIndex>> bounds() const;
   // Calls visit for every cell that is not unknown, in an order that depends on the cells alone.
@@ -138,7 +141,6 @@ class FreeSpaceMap {
 
   const Chunk* find(BlockIndex block) const;
   Chunk& chunk_of(BlockIndex block);
-  const SpaceChunk::Cells* cells_of(BlockIndex block) const;
   SpaceChunk::Cells& cells(BlockIndex block);
   std::vector<const Chunk*> ordered() const;
   void halve_times();

@@ -42,6 +42,7 @@ struct LabelClass {
   Rgb color;
   double max_size_m = 0;    // nothing of this class is longer; 0 = no limit
   bool is_support = false;  // has a level top that other things stand on
+  bool is_mobile = false;   // moves by itself (people, animals) and is kept out of the map
 };
 
 // The classes of a map, sorted by id. Immutable once made, so any thread may read it.
@@ -61,6 +62,7 @@ class LabelSet {
   bool is_thing(ClassId id) const;
   bool is_stuff(ClassId id) const;
   bool is_support(ClassId id) const;
+  bool is_mobile(ClassId id) const;
   std::string_view name_of(ClassId id) const;  // "unknown" if there is none
 
   // The lowest slot and the lowest panoptic id of an object: one above the highest class id.

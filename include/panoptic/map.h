@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A map: voxels, the space that was seen to be empty, the objects that labels name, and the classes of all.
+// A map: voxels, the space that was seen to be empty, the objects that labels name, what became of
+// others, and the classes of all.
 #pragma once
 
 #include <vector>
 
 #include "panoptic/free_space.h"
 #include "panoptic/labels.h"
+#include "panoptic/object_history.h"
 #include "panoptic/objects.h"
 #include "panoptic/voxel_map.h"
 
@@ -19,6 +21,7 @@ struct PanopticMap {
   VoxelMap voxels;
   FreeSpaceMap free_space;
   ObjectRegistry objects;
+  ObjectHistory history;
 
   // An empty map. Throws Error as VoxelMap does.
   PanopticMap(const MapOptions& options, LabelSet label_set);

@@ -86,6 +86,13 @@ struct CarvingOptions {
   int views = 5;  // that must look through a voxel, each from another place, and none sees a surface there meanwhile
 };
 
+// Things that move, and things that are moved. The paper has nothing of the kind. `points` and `objects` need map.free_space.
+struct MovingOptions {
+  bool classes = true;  // things of a mobile class (label set) are kept out of the map
+  bool points = true;   // what comes into space that is known to be free is kept out of the map while it moves
+  bool objects = true;  // what was looked through is gone, and what came or was moved is known
+};
+
 // Object maintenance, which the paper has none of; docs/accuracy.md says what each rule gains.
 struct MaintenanceOptions {
   bool enabled = true;
@@ -145,6 +152,7 @@ struct Options {
   TrackerOptions tracker;
   IntegratorOptions integrator;
   CarvingOptions carving;
+  MovingOptions moving;
   MaintenanceOptions objects;
   RegularizerOptions regularizer;
   MesherOptions mesher;

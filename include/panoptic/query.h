@@ -17,6 +17,7 @@
 #include "panoptic/geometry.h"
 #include "panoptic/labels.h"
 #include "panoptic/map.h"
+#include "panoptic/map_file.h"
 
 namespace panoptic {
 
@@ -45,6 +46,25 @@ struct PointAnswer {
   float weight = 0;       // of the observations: W^D of Eq. 7, a sum of 1/z^2, 1/m^2
   float label_share = 0;  // of all that was voted, 0 to 1: how sure it is
 };
+
+// When an object was there. Times are seconds of the recording.
+struct ObjectSpan {
+  PanopticId id = PanopticId::kUnknown;
+  ClassId class_id = ClassId::kUnknown;
+  ExtentBox box{};  // of one that is gone: its last place
+  double first_s = 0;
+  std::optional<double> gone_s;                  // when it was known to be gone
+  bool appeared = false;                         // it came to a place that had been free
+  PanopticId moved_from = PanopticId::kUnknown;  // the object that it was before, or that it is now; kUnknown: none
+  PanopticId moved_to = PanopticId::kUnknown;
+};
+
+// The objects of a map and those that are gone, ascending by id. `frames`: of its file (load_frames).
+std::vector<ObjectSpan> object_spans(const PanopticMap& map, const std::vector<FrameRecord>& frames);
+// Those that were seen by that time and not yet known to be gone.
+std::vector<ObjectSpan> present_at(const std::vector<ObjectSpan>& spans, double time_s);
+// Those that came, were moved, or were found to be gone after that time.
+std::vector<ObjectSpan> changed_since(const std::vector<ObjectSpan>& spans, double time_s);
 
 // Answers for a map as it is when the query is made: no function may run while the map changes, nor after it has changed (make a
 // new query then). The map must outlive it. const functions may be called from several threads.

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "panoptic/bag.h"
 #include "panoptic/base/child_process.h"
 #include "panoptic/base/files.h"
 #include "panoptic/batch/scene_list.h"
@@ -58,7 +59,9 @@ std::string Fingerprint::text() const { return fmt::format("{:016x}", hash_); }
 
 void add_recording(Fingerprint& fingerprint, const std::string& recording) {
   if (is_simulated(recording)) return fingerprint.add(recording);
-  fingerprint.add_stamps(recording);
+  const fs::path path = path_of_recording(recording);
+  if (path != recording) fingerprint.add(recording);
+  fingerprint.add_stamps(path);
   if (!is_recording_list(recording)) return;
   for (const ListedRecording& listed : read_recording_list(recording)) {
     add_recording(fingerprint, listed.recording);

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 
 namespace panoptic {
 

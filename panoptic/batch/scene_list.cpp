@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "panoptic/bag.h"
 #include "panoptic/base/files.h"
 
 namespace panoptic {
@@ -42,7 +43,7 @@ std::vector<std::string> recordings_in_file(const fs::path& list) {
     const std::string text = trimmed(line);
     if (text.empty()) continue;
     const std::string recording = is_simulated(text) ? text : plain(plain(list).parent_path() / text).string();
-    if (!is_simulated(text) && !is_there(recording)) {
+    if (!is_simulated(text) && !is_there(path_of_recording(recording))) {
       throw Error(fmt::format("{}:{}: there is no {}; a line has the path of a recording, relative to the list, or sim:SEED",
                               list.string(), number, recording));
     }
@@ -58,7 +59,7 @@ std::vector<std::string> recordings_in_folder(const fs::path& folder, const std:
     const fs::path path = plain(folder / name);
     const bool is_own = std::ranges::any_of(own, [&](const fs::path& o) { return plain(o) == path; });
     if (is_own || name.starts_with('.')) continue;
-    if (is_folder(path) || path.extension() == ".sens") {
+    if (is_folder(path) || path.extension() == ".sens" || is_bag_recording(path)) {
       recordings.push_back(path.string());
     } else {
       left_out.push_back(name);
@@ -70,9 +71,10 @@ std::vector<std::string> recordings_in_folder(const fs::path& folder, const std:
 // The words of a recording's path, the last first: those that its name is made of.
 std::vector<std::string> words_of(const std::string& recording) {
   if (is_simulated(recording)) return {recording};
-  fs::path path(recording);
+  fs::path path = path_of_recording(recording);
   std::vector<std::string> words;
-  const bool has_form = path.extension() == ".sens" || path.extension() == ".toml";
+  const std::set<std::string> kForms = {".sens", ".toml", ".bag", ".mcap", ".db3"};
+  const bool has_form = kForms.contains(path.extension().string());
   words.push_back((has_form ? path.stem() : path.filename()).string());
   for (path = path.parent_path(); path.has_filename(); path = path.parent_path()) words.push_back(path.filename().string());
   return words;

@@ -44,6 +44,7 @@ std::vector<LabelClass> classes_in(const JsonValue& list) {
     c.color = color_in(entry.at("color"));
     if (const auto size = entry.find("max_size_m")) c.max_size_m = size->number(0, kMostSize_m);
     if (const auto support = entry.find("is_support")) c.is_support = support->boolean();
+    if (const auto mobile = entry.find("is_mobile")) c.is_mobile = mobile->boolean();
     classes.push_back(std::move(c));
   }
   return classes;

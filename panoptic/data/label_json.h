@@ -17,7 +17,8 @@ namespace panoptic {
 Json color_json(const Rgb& color);
 Rgb color_in(const JsonValue& value);
 
-// [{id, name, is_thing, color}], as reports and predictions have them. What is read may have max_size_m and is_support too.
+// [{id, name, is_thing, color}], as reports and predictions have them. What is read may have max_size_m, is_support and is_mobile
+// too.
 Json classes_json(const LabelSet& labels);
 std::vector<LabelClass> classes_in(const JsonValue& list);
 

@@ -24,13 +24,19 @@ struct ClassText {
   std::vector<double> color{128, 128, 128};
   double max_size_m = 0;
   bool support = false;
+  bool mobile = false;
 };
 
 LabelClass to_class(const ClassText& text, const std::string& source) {
   if (text.color.size() != 3) throw Error(fmt::format("{}: class '{}': color must be [red, green, blue]", source, text.name));
   const auto channel = [&](std::size_t i) { return static_cast<std::uint8_t>(std::clamp(text.color[i], 0.0, 255.0)); };
-  return {static_cast<ClassId>(text.id),        text.name,       text.thing,
-          {channel(0), channel(1), channel(2)}, text.max_size_m, text.support};
+  return {static_cast<ClassId>(text.id),
+          text.name,
+          text.thing,
+          {channel(0), channel(1), channel(2)},
+          text.max_size_m,
+          text.support,
+          text.mobile};
 }
 
 Rgb from_hsv(double hue, double saturation, double value) {
@@ -84,6 +90,11 @@ bool LabelSet::is_support(ClassId id) const {
   return c != nullptr && c->is_support;
 }
 
+bool LabelSet::is_mobile(ClassId id) const {
+  const LabelClass* c = find(id);
+  return c != nullptr && c->is_mobile;
+}
+
 bool LabelSet::is_stuff(ClassId id) const {
   const LabelClass* c = find(id);
   return c != nullptr && !c->is_thing;
@@ -104,7 +115,8 @@ LabelSet load_label_set(const std::string& name_or_path) {
             {"thing", &c.thing, "true: countable objects; false: stuff such as walls", {}},
             {"color", &c.color, "red, green, blue in pictures", in_range(0, 255)},
             {"max_size_m", &c.max_size_m, "nothing of this class is longer; 0 = no limit", in_range(0, 1000)},
-            {"support", &c.support, "true: has a level top that other things stand on", {}}};
+            {"support", &c.support, "true: has a level top that other things stand on", {}},
+            {"mobile", &c.mobile, "true: moves by itself (people, animals) and is kept out of the map", {}}};
   };
   const Fields fields = {{"name", &name, "the name of the label set", required()},
                          {"class", AppendTable(append_class), "a class", required()}};

@@ -45,7 +45,7 @@ constexpr std::array<Synonyms, 18> kSynonyms = {{
     {"otherfurniture", "|other furniture|wardrobe|bench|tv|microwave|oven|toaster|plant|potted plant|"},
     {"otherprop",
      "|laptop|keyboard|mouse|remote|cell phone|clock|vase|bottle|cup|wine glass|bowl|fork|knife|spoon|scissors|teddy bear|hair "
-     "drier|toothbrush|umbrella|banana|apple|orange|other|"},
+     "drier|toothbrush|umbrella|banana|apple|orange|cat|dog|other|"},
 }};
 
 // The NYU40 class of every class number a map can hold.

@@ -166,16 +166,20 @@ void SightOfBlock::look(Slot slot, std::uint64_t bricks, std::vector<BrickSight>
   }
 }
 
-std::vector<CarvedVoxels> carve(const std::vector<BrickSight>& sights, const Vec3d& camera_m, int views, PanopticMap& map) {
+std::vector<CarvedVoxels> carve(const std::vector<BrickSight>& sights, const Vec3d& camera_m, int views, FreeSpaceMap& space) {
   std::vector<CarvedVoxels> carved;
   for (const BrickSight& sight : sights) {
-    const std::uint64_t voxels = take_down(sight, camera_m, views, map.free_space);
-    if (voxels == 0) continue;
-    map.voxels.block(sight.slot).forget(sight.brick, voxels);
-    map.voxels.mark_changed(sight.slot);
-    carved.push_back({sight.slot, sight.brick, voxels});
+    const std::uint64_t voxels = take_down(sight, camera_m, views, space);
+    if (voxels != 0) carved.push_back({sight.slot, sight.brick, voxels});
   }
   return carved;
+}
+
+void clear(std::span<const CarvedVoxels> carved, VoxelMap& map) {
+  for (const CarvedVoxels& c : carved) {
+    map.block(c.slot).forget(c.brick, c.voxels);
+    map.mark_changed(c.slot);
+  }
 }
 
 }  // namespace panoptic

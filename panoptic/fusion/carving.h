@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "panoptic/fusion/frame_view.h"
@@ -17,6 +18,9 @@ namespace panoptic {
 
 // No voxel this near to a reading is seen as empty in the same frame.
 inline constexpr float kClearance_voxels = 2;
+
+// A cell that so many views saw to be empty, more than to have something in it, is free for certain.
+inline constexpr int kSureViews = 5;
 
 // Three standard deviations of the readings of a consumer depth camera: 4 mm at 1 m, 11 cm at 5 m.
 inline float depth_error_m(float z_m) { return 0.0045F * z_m * z_m; }
@@ -45,8 +49,11 @@ struct SightOfBlock {
   void look(Slot slot, std::uint64_t bricks, std::vector<BrickSight>& sights) const;
 };
 
-// Takes down the sights of one view, in their order, and clears what has now been looked through from so many places. Two views
+// Takes down the sights of one view, in their order, and returns what has now been looked through from so many places. Two views
 // are of two places if they look at the cell from directions that are 3 degrees apart.
-std::vector<CarvedVoxels> carve(const std::vector<BrickSight>& sights, const Vec3d& camera_m, int views, PanopticMap& map);
+std::vector<CarvedVoxels> carve(const std::vector<BrickSight>& sights, const Vec3d& camera_m, int views, FreeSpaceMap& space);
+
+// Forgets these voxels, and marks their blocks as changed.
+void clear(std::span<const CarvedVoxels> carved, VoxelMap& map);
 
 }  // namespace panoptic

@@ -151,7 +151,7 @@ Fields fields(DepthOptions& o) {
           {"max_m", &o.max_m, "farther depth readings are ignored", in_range(0.1, 1000)}};
 }
 
-const RegisteredFrame& Registration::apply(const Frame& frame, const Segmentation& segmentation) {
+RegisteredFrame& Registration::apply(const Frame& frame, const Segmentation& segmentation) {
   resize(frame);
   const bool one_camera = frame.color_camera == frame.depth_camera && frame.color_from_depth.matrix().isIdentity(0);
   parallel_for(kBands, [&](std::size_t band) {

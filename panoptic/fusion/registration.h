@@ -43,8 +43,8 @@ class Registration {
  public:
   explicit Registration(const DepthOptions& options) : options_(options) {}
 
-  // The result is good until the next call.
-  const RegisteredFrame& apply(const Frame& frame, const Segmentation& segmentation);
+  // The result is good until the next call; whoever asked for it may change it.
+  RegisteredFrame& apply(const Frame& frame, const Segmentation& segmentation);
 
  private:
   struct Rows {

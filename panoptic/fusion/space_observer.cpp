@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "panoptic/map/block_key.h"
@@ -98,8 +100,9 @@ Fields fields(CarvingOptions& o) {
 }
 
 const std::vector<CarvedVoxels>& SpaceObserver::see(const Frame& frame, const RegisteredFrame& registered, std::uint64_t time,
-                                                    PanopticMap& map) {
+                                                    std::span<const CellIndex> settled, PanopticMap& map) {
   carved_.clear();
+  came_up_.clear();
   const FrameView view = depth_view(frame, registered);
   const SpaceView now{view.camera_in_world_m, frame.world_from_camera.linear().col(2), time};
   if (!records_ || !is_new(now, map.free_space.last_view())) return carved_;
@@ -109,9 +112,9 @@ const std::vector<CarvedVoxels>& SpaceObserver::see(const Frame& frame, const Re
   parallel_for(chunks_.size(), [&](std::size_t i) { look_into(view, chunks_[i], map, sights_[i]); });
   find_occupied(view, map.free_space.cell_size_m());
   map.free_space.begin_view(now, map.voxels.epoch());
-  record(map);
+  record(settled, map);
   look_around(view, map);
-  if (views_ > 0) carved_ = carve(bricks_, now.camera_m, views_, map);
+  if (views_ > 0) carved_ = carve(bricks_, now.camera_m, views_, map.free_space);
   return carved_;
 }
 
@@ -216,15 +219,28 @@ void SpaceObserver::find_occupied(const FrameView& view, float cell_m) {
   });
 }
 
-void SpaceObserver::record(PanopticMap& map) {
+void SpaceObserver::note_coming_up(BlockIndex block, std::uint64_t cells, const FreeSpaceMap& space) {
+  const SpaceChunk::Cells* known = space.cells_of(block);
+  for (; known != nullptr && cells != 0; cells &= cells - 1) {
+    const int n = std::countr_zero(cells);
+    if (evidence_of((*known)[static_cast<std::size_t>(n)]) >= kSureViews) came_up_.push_back(cell_of(block, n));
+  }
+}
+
+void SpaceObserver::record(std::span<const CellIndex> settled, PanopticMap& map) {
   std::vector<BlockSight> occupied;
   for (const std::vector<BlockSight>& share : occupied_) occupied.insert(occupied.end(), share.begin(), share.end());
+  for (const CellIndex& cell : settled) {
+    if (in_range(block_of(cell))) occupied.push_back({block_of(cell), std::uint64_t{1} << number_of(cell)});
+  }
   std::sort(occupied.begin(), occupied.end(), [](const BlockSight& a, const BlockSight& b) { return a.block < b.block; });
   for (std::size_t i = 0; i < occupied.size();) {
     const BlockIndex block = occupied[i].block;
     std::uint64_t cells = 0;
     for (; i < occupied.size() && occupied[i].block == block; ++i) cells |= occupied[i].cells;
-    if (in_range(block)) map.free_space.observe(block, 0, cells);
+    if (!in_range(block)) continue;
+    note_coming_up(block, cells, map.free_space);
+    map.free_space.observe(block, 0, cells);
   }
   bricks_.clear();
   for (std::size_t i = 0; i < chunks_.size(); ++i) {

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Takes down in free space what a frame sees to be empty, and carves what it looks through.
+// Takes down in free space what a frame sees to be empty, and finds what it looks through.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "panoptic/base/config.h"
@@ -31,9 +32,12 @@ class SpaceObserver {
 
   // Sees a frame that has just been integrated; `time` counts the frames before it. A frame from nearly where the last one was
   // taken tells nothing new: it counts if the camera has moved by 5 cm, has turned by 3 degrees, or 10 frames have passed.
-  // Returns the voxels that it cleared, good until the next call. Marks their blocks as changed in the current epoch.
+  // `settled`: cells of free space, ascending, in which something came to stay, and of which the frame has no readings. Returns
+  // the voxels that are to be cleared, good until the next call.
   const std::vector<CarvedVoxels>& see(const Frame& frame, const RegisteredFrame& registered, std::uint64_t time,
-                                       PanopticMap& map);
+                                       std::span<const CellIndex> settled, PanopticMap& map);
+  // Cells that were known to be free, and in which the last frame saw something.
+  const std::vector<CellIndex>& came_up() const { return came_up_; }
 
  private:
   // With smaller voxels a view has so many cells that to look at them takes longer than the rest of fusion.
@@ -57,7 +61,8 @@ class SpaceObserver {
   void look_into(const FrameView& view, BlockIndex chunk, const PanopticMap& map, ChunkSight& sight) const;
   void look_around(const FrameView& view, const PanopticMap& map);
   void find_occupied(const FrameView& view, float cell_m);
-  void record(PanopticMap& map);
+  void note_coming_up(BlockIndex block, std::uint64_t cells, const FreeSpaceMap& space);
+  void record(std::span<const CellIndex> settled, PanopticMap& map);
 
   bool records_;
   int views_;  // 0: nothing is carved
@@ -67,6 +72,7 @@ class SpaceObserver {
   std::vector<std::vector<BlockSight>> occupied_;  // per share of the rows
   std::vector<BrickSight> bricks_;
   std::vector<CarvedVoxels> carved_;
+  std::vector<CellIndex> came_up_;
 };
 
 }  // namespace panoptic

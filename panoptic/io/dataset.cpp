@@ -64,7 +64,7 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
 [[noreturn]] void not_recognised(const fs::path& path) {
   const std::string why = why_no_recording(path);
   if (!why.empty()) throw Error(fmt::format("{}: no recording of a known format; {}", path.string(), why));
-  std::string formats = "a .sens file; a list of recordings (a .toml file)";
+  std::string formats = "a .sens file; a bag (.bag, .mcap, .db3); a list of recordings (a .toml file)";
   for (const FolderFormat& format : kFolderFormats) formats += fmt::format("; {}", format.looked_for);
   throw Error(fmt::format("{}: no recording of a known format; looked for {}", path.string(), formats));
 }
@@ -72,6 +72,12 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
 [[noreturn]] void refuse_pairing(const fs::path& path, const std::string& format) {
   throw Error(fmt::format("{}: images of a {} recording are not paired by their time stamps; leave out --pair-tolerance",
                           path.string(), format));
+}
+
+// "run.bag?depth=/camera/depth": a bag, and which of its topics to take.
+std::unique_ptr<Dataset> open_with_choice(const std::string& name, const fs::path& calibration, const PairingOptions& pairing) {
+  const fs::path bag = path_of_recording(name);
+  return open_bag_as(bag, parse_bag_choice(name.substr(bag.native().size() + 1)), calibration, pairing);
 }
 
 void forget_poses(FileRecording& recording) {
@@ -108,6 +114,7 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
     if (pairing.tolerance_s) refuse_pairing(path, ".sens");
     return std::make_unique<SensDataset>(*sens, calibration);
   }
+  if (is_file(path) && is_bag_recording(path)) return open_bag_as(path, {}, calibration, pairing);
   if (!is_folder(path)) not_recognised(path);
   for (const FolderFormat& format : kFolderFormats) {
     std::optional<FileRecording> recording = format(path, pairing);
@@ -118,12 +125,14 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
     settle_pose_order(*recording);
     return std::make_unique<FileDataset>(std::move(*recording));
   }
+  if (is_bag_recording(path)) return open_bag_as(path, {}, calibration, pairing);
   refuse_without_poses(path, pairing);
   not_recognised(path);
 }
 
 std::unique_ptr<Dataset> open_readable(const fs::path& path, const fs::path& calibration, const PairingOptions& pairing) {
   try {
+    if (path_of_recording(path.native()) != path) return open_with_choice(path.native(), calibration, pairing);
     return open_absolute(without_trailing_slash(path), calibration, pairing);
   } catch (const fs::filesystem_error& e) {  // a folder without permission, for one
     throw Error(fmt::format("cannot open {}: {}; check the path and its permissions", path.string(), e.code().message()));

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 
+#include "panoptic/bag.h"
 #include "panoptic/io/dataset_files.h"
 
 namespace panoptic {
@@ -26,6 +28,10 @@ std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder
 // Also Open3D's recorder and Semantic-NeRF.
 std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder, const PairingOptions& pairing);
 std::optional<FileRecording> recognise_flat_folder(const std::filesystem::path& folder, const PairingOptions& pairing);
+
+// open_bag, also for a camera that is to be tracked. Throws NoPoses if all is there but poses.
+std::unique_ptr<Dataset> open_bag_as(const std::filesystem::path& path, const BagChoice& choice,
+                                     const std::filesystem::path& calibration, const PairingOptions& pairing);
 
 // The list of poses of a plain or flat folder, under one of its usual names, relative to the folder.
 std::optional<std::string> pose_file_in(const std::filesystem::path& folder);

@@ -141,9 +141,10 @@ std::string packed_in(const std::vector<std::string>& names) {
                              {"*.tgz", "unpack it"},
                              {"*.tar.gz", "unpack it"},
                              {"*.7z", "unpack it"},
-                             {"*.bag", "a bag is not read: export its images"},
-                             {"*.mkv", "a video is not read: export its images"},
-                             {"*.mp4", "a video is not read: export its images"},
+                             {"metadata.yaml", "the bag that it describes (.db3, .mcap) is not beside it"},
+                             {"*.r3d", ".r3d is not read: export it in the app (EXR + RGB), and give its poses as poses.txt"},
+                             {"*.mkv", "a video is not read: export its images (ffmpeg -i FILE color/%06d.png)"},
+                             {"*.mp4", "a video is not read: export its images (ffmpeg -i FILE color/%06d.png)"},
                              {"*.h264", "the ScanNet app's files are not read: convert them to .sens"}};
   for (const Kind& kind : kKinds) {
     const auto found =
@@ -159,7 +160,7 @@ std::optional<fs::path> recording_below(const fs::path& folder, int levels) {
     const fs::path path = folder / name;
     if (name.starts_with('.') || !is_folder(path)) continue;
     const Nearness nearest = nearest_format(lower_names(path));
-    if (nearest.missing.size() < nearest.present.size()) return path;
+    if (nearest.missing.size() < nearest.present.size() || is_bag_recording(path)) return path;
     if (auto below = levels > 1 ? recording_below(path, levels - 1) : std::nullopt) return below;
   }
   return std::nullopt;

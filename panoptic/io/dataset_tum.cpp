@@ -16,31 +16,18 @@
 #include "panoptic/io/image_names.h"
 #include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_list.h"
+#include "panoptic/io/time_pairing.h"
 
 namespace panoptic {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMaxDifference_s = 0.02;  // between the images of a pair unless the user says otherwise, and to the nearest pose
-constexpr double kMaxBracket_s = 0.1;      // poses are interpolated between neighbours that are this close
-constexpr std::size_t kMaxCandidates = 32;  // per depth image: 0.04 s at 800 Hz; bounds the work on a file of equal stamps
+constexpr double kMaxBracket_s = 0.1;  // poses are interpolated between neighbours that are closer
 
 struct StampedFile {
   double time_s = 0;
   std::string file;
-};
-
-struct StampedPose {
-  double time_s = 0;
-  Vec3d position = Vec3d::Zero();
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-};
-
-// Indices into the two lists; nothing = no partner.
-struct Pair {
-  std::optional<std::size_t> color;
-  std::optional<std::size_t> depth;
 };
 
 double to_time(std::string_view word, const fs::path& path, std::size_t line) {
@@ -80,9 +67,9 @@ std::vector<StampedFile> read_file_list(const fs::path& path) {
   return list;
 }
 
-std::vector<StampedPose> read_poses(const fs::path& path) {
+std::vector<PoseSample> read_poses(const fs::path& path) {
   constexpr std::size_t kColumns = 8;
-  std::vector<StampedPose> poses;
+  std::vector<PoseSample> poses;
   const std::string text = read_file(path);
   const bool w_first = names_w_first(text).value_or(false);
   for_each_entry(text, [&](std::size_t line, std::span<const std::string_view> words) {
@@ -114,59 +101,11 @@ std::optional<double> constant_offset_s(const std::vector<StampedFile>& color, c
   return is_constant ? std::optional(offset_s) : std::nullopt;
 }
 
-// The smallest time differences first; each image is used once.
-std::vector<Pair> associate(const std::vector<StampedFile>& color, const std::vector<StampedFile>& depth, double tolerance_s) {
-  struct Candidate {
-    double difference_s;
-    std::size_t color;
-    std::size_t depth;
-  };
-  std::vector<Candidate> candidates;
-  std::size_t first = 0;
-  for (std::size_t d = 0; d < depth.size(); ++d) {
-    while (first < color.size() && color[first].time_s < depth[d].time_s - tolerance_s) ++first;
-    for (std::size_t c = first; c < std::min(color.size(), first + kMaxCandidates); ++c) {
-      const double difference_s = std::abs(color[c].time_s - depth[d].time_s);
-      if (difference_s <= tolerance_s) candidates.push_back({difference_s, c, d});
-    }
-  }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.difference_s < b.difference_s; });
-  std::vector<Pair> pairs;
-  std::vector<bool> color_used(color.size());
-  std::vector<bool> depth_used(depth.size());
-  for (const Candidate& candidate : candidates) {
-    if (color_used[candidate.color] || depth_used[candidate.depth]) continue;
-    color_used[candidate.color] = true;
-    depth_used[candidate.depth] = true;
-    pairs.push_back({candidate.color, candidate.depth});
-  }
-  for (std::size_t c = 0; c < color.size(); ++c) {
-    if (!color_used[c]) pairs.push_back({c, std::nullopt});
-  }
-  for (std::size_t d = 0; d < depth.size(); ++d) {
-    if (!depth_used[d]) pairs.push_back({std::nullopt, d});
-  }
-  return pairs;
-}
-
-std::optional<Eigen::Matrix4d> pose_at(const std::vector<StampedPose>& poses, double time_s) {
-  const auto after =
-      std::lower_bound(poses.begin(), poses.end(), time_s, [](const StampedPose& p, double t) { return p.time_s < t; });
-  if (after != poses.end() && after->time_s == time_s) return to_matrix4(after->position, after->rotation);
-  if (after != poses.end() && after != poses.begin()) {
-    const StampedPose& b = *after;
-    const StampedPose& a = *std::prev(after);
-    if (b.time_s - a.time_s < kMaxBracket_s) {
-      const double t = (time_s - a.time_s) / (b.time_s - a.time_s);
-      return to_matrix4((1 - t) * a.position + t * b.position, a.rotation.slerp(t, b.rotation));
-    }
-  }
-  const auto distance_s = [&](auto p) { return p == poses.end() ? HUGE_VAL : std::abs(p->time_s - time_s); };
-  const auto before = after == poses.begin() ? poses.end() : std::prev(after);
-  const auto nearest = distance_s(before) < distance_s(after) ? before : after;
-  if (distance_s(nearest) > kMaxDifference_s) return std::nullopt;
-  return to_matrix4(nearest->position, nearest->rotation);
+// The times of a list.
+std::vector<double> times_of(const std::vector<StampedFile>& list) {
+  std::vector<double> times_s;
+  for (const StampedFile& file : list) times_s.push_back(file.time_s);
+  return times_s;
 }
 
 struct PublishedCamera {
@@ -191,15 +130,15 @@ PublishedCamera published_camera(const std::string& name) {
 struct ImageLists {
   std::vector<StampedFile> color;
   std::vector<StampedFile> depth;
-  std::vector<Pair> pairs;
-  double tolerance_s = kMaxDifference_s;
+  std::vector<TimePair> pairs;
+  double tolerance_s = kMaxTimeDifference_s;
   std::string assumed;  // a line for the user, if the images were not paired by their time stamps
 };
 
 ImageLists read_separate_lists(const fs::path& folder, const PairingOptions& pairing) {
-  const double tolerance_s = pairing.tolerance_s.value_or(kMaxDifference_s);
+  const double tolerance_s = pairing.tolerance_s.value_or(kMaxTimeDifference_s);
   ImageLists lists{read_file_list(folder / "rgb.txt"), read_file_list(folder / "depth.txt"), {}, tolerance_s, ""};
-  lists.pairs = associate(lists.color, lists.depth, tolerance_s);
+  lists.pairs = paired_by_time(times_of(lists.color), times_of(lists.depth), tolerance_s);
   const std::optional<double> offset_s = constant_offset_s(lists.color, lists.depth);
   if (lists.pairs.size() == lists.color.size() || !offset_s || pairing.tolerance_s) return lists;
   for (std::size_t i = 0; i < lists.color.size(); ++i) lists.pairs[i] = {i, i};
@@ -232,17 +171,17 @@ ImageLists read_associations(const fs::path& path) {
   return lists;
 }
 
-std::vector<FileFrame> frames_of(const ImageLists& lists, const std::vector<StampedPose>& poses) {
+std::vector<FileFrame> frames_of(const ImageLists& lists, const std::vector<PoseSample>& poses) {
   std::vector<FileFrame> frames;
-  for (const Pair& pair : lists.pairs) {
+  for (const TimePair& pair : lists.pairs) {
     FileFrame frame;
     frame.time_s = pair.depth ? lists.depth[*pair.depth].time_s : lists.color[*pair.color].time_s;
     if (pair.color) frame.color = lists.color[*pair.color].file;
     if (pair.depth) frame.depth = lists.depth[*pair.depth].file;
-    frame.pose = pose_at(poses, frame.time_s);
+    frame.pose = pose_at(poses, frame.time_s, kMaxBracket_s);
     if (!pair.depth) frame.problem = fmt::format("no depth image within {} s", lists.tolerance_s);
     if (!pair.color) frame.problem = fmt::format("no colour image within {} s", lists.tolerance_s);
-    if (frame.problem.empty() && !frame.pose) frame.problem = fmt::format("no pose within {} s", kMaxDifference_s);
+    if (frame.problem.empty() && !frame.pose) frame.problem = fmt::format("no pose within {} s", kMaxTimeDifference_s);
     frames.push_back(std::move(frame));
   }
   sort_by_time(frames);
@@ -258,7 +197,7 @@ std::string range_text(const std::vector<T>& sorted) {
 }
 
 // Lists of another clock or unit leave every image without a partner, or without a pose.
-void require_one_clock(const fs::path& folder, const ImageLists& lists, const std::vector<StampedPose>& poses,
+void require_one_clock(const fs::path& folder, const ImageLists& lists, const std::vector<PoseSample>& poses,
                        const std::vector<FileFrame>& frames) {
   const auto any = [&](auto test) { return std::any_of(frames.begin(), frames.end(), test); };
   if (frames.empty()) return;
@@ -272,7 +211,7 @@ void require_one_clock(const fs::path& folder, const ImageLists& lists, const st
   if (!any([](const FileFrame& f) { return f.pose.has_value(); })) {
     throw Error(
         fmt::format("{}: no pose lies within {} s of an image: the time stamps of poses run {}, those of the depth images {}; {}",
-                    folder.string(), kMaxDifference_s, range_text(poses), range_text(lists.depth), kRemedy));
+                    folder.string(), kMaxTimeDifference_s, range_text(poses), range_text(lists.depth), kRemedy));
   }
 }
 
@@ -355,7 +294,7 @@ std::optional<FileRecording> recognise_tum(const fs::path& folder, const Pairing
     recording.frames = frames_of(lists, {});
     return recording;
   }
-  const std::vector<StampedPose> poses = read_poses(trajectory);
+  const std::vector<PoseSample> poses = read_poses(trajectory);
   recording.frames = frames_of(lists, poses);
   require_one_clock(folder, lists, poses, recording.frames);
   if (icl) turn_y_round(recording.frames);

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 #include "panoptic/mapfile/map_schema.h"
 #include "panoptic/voxel_map.h"
 

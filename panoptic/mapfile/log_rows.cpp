@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "panoptic/base/bytes.h"
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_schema.h"
 

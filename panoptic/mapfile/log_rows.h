@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "panoptic/base/sqlite.h"
 #include "panoptic/map/frame_log.h"
-#include "panoptic/mapfile/sqlite.h"
 
 namespace panoptic {
 

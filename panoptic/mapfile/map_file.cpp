@@ -8,19 +8,20 @@
 #include <cstdio>
 #include <utility>
 
+#include "panoptic/base/compression.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/error.h"
 #include "panoptic/map/label_extents.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/mapfile/block_codec.h"
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/mapfile/history_rows.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_schema.h"
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/mapfile/object_rows.h"
-#include "panoptic/mapfile/sqlite.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -40,13 +41,13 @@ void put_meta(Database& database, std::string_view key, std::string_view value) 
 }
 
 void put_classes(Database& database, const LabelSet& labels) {
-  Statement put(
-      database,
-      "INSERT INTO classes(id, name, is_thing, red, green, blue, max_size_m, is_support) VALUES(?, ?, ?, ?, ?, ?, ?, ?)");
+  Statement put(database,
+                "INSERT INTO classes(id, name, is_thing, red, green, blue, max_size_m, is_support, is_mobile) "
+                "VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
   for (const LabelClass& c : labels.classes()) {
     put.bind(std::int64_t{number(c.id)}).bind(c.name).bind(std::int64_t{c.is_thing});
     put.bind(std::int64_t{c.color.r}).bind(std::int64_t{c.color.g}).bind(std::int64_t{c.color.b});
-    put.bind(c.max_size_m).bind(std::int64_t{c.is_support}).run();
+    put.bind(c.max_size_m).bind(std::int64_t{c.is_support}).bind(std::int64_t{c.is_mobile}).run();
   }
 }
 
@@ -280,6 +281,7 @@ void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
     put_space(database, update.space);
     put_log(database, update.log);
     state_->objects.write(std::move(rows), registry);
+    put_history(database, update.history);
     put_frames(database, update.frames);
     if (update.anew) correct_frames(database, update.log);
     state_->put_states(update.notes.states);
@@ -305,7 +307,8 @@ void MapFileWriter::close() {
 
 MapUpdate whole_map(const PanopticMap& map) {
   const VoxelMap& voxels = map.voxels;
-  MapUpdate update{.epoch = voxels.epoch(), .space = space_since(map.free_space, 0), .objects = map.objects};
+  MapUpdate update{
+      .epoch = voxels.epoch(), .space = space_since(map.free_space, 0), .objects = map.objects, .history = map.history};
   for (Slot slot = 0; slot < voxels.block_count(); ++slot) {
     update.blocks.push_back({slot, voxels.index_of(slot), voxels.changed_at(slot), &voxels.block(slot)});
   }

@@ -8,17 +8,18 @@
 #include <limits>
 #include <utility>
 
+#include "panoptic/base/compression.h"
 #include "panoptic/base/config.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/error.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/block_codec.h"
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/mapfile/history_rows.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_schema.h"
 #include "panoptic/mapfile/object_rows.h"
 #include "panoptic/mapfile/space_rows.h"
-#include "panoptic/mapfile/sqlite.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -57,10 +58,12 @@ std::int64_t meta_integer(const Database& database, const std::map<std::string, 
   return value;
 }
 
-LabelSet read_labels(Database& database, const std::string& name) {
+LabelSet read_labels(Database& database, std::int64_t format, const std::string& name) {
   std::vector<LabelClass> classes;
-  Statement row(database,
-                "SELECT id, name, is_thing, red, green, blue, max_size_m, is_support FROM classes ORDER BY id LIMIT 1000");
+  Statement row(database, fmt::format("SELECT id, name, is_thing, red, green, blue, max_size_m, is_support, {} FROM classes "
+                                      "ORDER BY id LIMIT 1000",
+                                      format < 5 ? "0" : "is_mobile")
+                              .c_str());
   const auto channel = [&](int column) { return static_cast<std::uint8_t>(row.integer(column, 0, 255)); };
   while (row.step()) {
     LabelClass c;
@@ -72,6 +75,7 @@ LabelSet read_labels(Database& database, const std::string& name) {
     if (!std::isfinite(c.max_size_m) || c.max_size_m < 0)
       database.refuse(fmt::format("a class has no proper size; {}", kUseAnother));
     c.is_support = row.integer(7, 0, 1) != 0;
+    c.is_mobile = row.integer(8, 0, 1) != 0;
     classes.push_back(std::move(c));
   }
   try {
@@ -81,12 +85,12 @@ LabelSet read_labels(Database& database, const std::string& name) {
   }
 }
 
-MapHeader read_header(Database& database, const std::map<std::string, std::string>& meta) {
+MapHeader read_header(Database& database, std::int64_t format, const std::map<std::string, std::string>& meta) {
   MapHeader header;
   header.options.max_weight = 0;  // where the file says nothing there was no limit
   read_toml_text(meta_value(database, meta, kMetaMap), fmt::format("map file {}: meta 'map'", database.path().string()),
                  grid_fields(header.options));
-  header.labels = read_labels(database, meta_value(database, meta, kMetaLabelSet));
+  header.labels = read_labels(database, format, meta_value(database, meta, kMetaLabelSet));
   return header;
 }
 
@@ -221,7 +225,7 @@ SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   Transaction snapshot(database, false);  // all of one moment, also while another process writes
   std::map<std::string, std::string> meta = read_meta(database);
   if (static_cast<std::int64_t>(meta.size()) >= kMostNotes) database.refuse(fmt::format("meta is too long; {}", kUseAnother));
-  MapHeader header = read_header(database, meta);
+  MapHeader header = read_header(database, format, meta);
   const std::uint16_t first = header.labels.first_thing();
   RegistryState registry = read_registry(database, format, meta, first);
   header.options.memory_limit_mb = place.memory_limit_mb;
@@ -235,6 +239,7 @@ SavedMap load_map(const std::filesystem::path& path, const MapOptions& place) {
   MapNotes notes{std::move(meta), read_states(database)};
   PanopticMap whole(std::move(header.labels), std::move(map), ObjectRegistry(first, std::move(registry)));
   whole.free_space = std::move(space);
+  if (format > 4) whole.history = read_history(database, whole.labels);
   return {std::move(header.options), std::move(whole), std::move(notes), format};
 }
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 
 namespace panoptic {
 

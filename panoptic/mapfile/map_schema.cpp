@@ -22,7 +22,7 @@ CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT, WITHOUT RO
 
 CREATE TABLE classes (id INTEGER PRIMARY KEY, name TEXT NOT NULL, is_thing INTEGER NOT NULL,
   red INTEGER NOT NULL, green INTEGER NOT NULL, blue INTEGER NOT NULL,
-  max_size_m REAL NOT NULL, is_support INTEGER NOT NULL) STRICT;
+  max_size_m REAL NOT NULL, is_support INTEGER NOT NULL, is_mobile INTEGER NOT NULL) STRICT;
 
 CREATE TABLE blocks (slot INTEGER PRIMARY KEY, x INTEGER NOT NULL, y INTEGER NOT NULL, z INTEGER NOT NULL,
   changed_at INTEGER NOT NULL, checksum INTEGER NOT NULL, voxels BLOB NOT NULL) STRICT;
@@ -76,6 +76,28 @@ CREATE TABLE frame_log (number INTEGER PRIMARY KEY, frame INTEGER NOT NULL, time
   size INTEGER NOT NULL, labels BLOB NOT NULL, checksum INTEGER NOT NULL) STRICT;
 )sql";
 
+// The tables that formats 1 to 4 lack.
+constexpr const char* kTablesOfHistory = R"sql(
+CREATE TABLE past_objects (number INTEGER PRIMARY KEY, id INTEGER NOT NULL, class_id INTEGER NOT NULL, probability REAL NOT NULL,
+  first_frame INTEGER NOT NULL, last_frame INTEGER NOT NULL, observations INTEGER NOT NULL, gone_frame INTEGER NOT NULL,
+  moved_to INTEGER NOT NULL, voxels INTEGER NOT NULL, x_m REAL NOT NULL, y_m REAL NOT NULL, z_m REAL NOT NULL,
+  min_x_m REAL NOT NULL, min_y_m REAL NOT NULL, min_z_m REAL NOT NULL,
+  max_x_m REAL NOT NULL, max_y_m REAL NOT NULL, max_z_m REAL NOT NULL) STRICT;
+
+CREATE TABLE arrivals (id INTEGER PRIMARY KEY, moved_from INTEGER NOT NULL, confidence REAL NOT NULL) STRICT;
+
+CREATE VIEW object_history AS
+  SELECT objects.id AS id, ifnull(classes.name, 'unknown') AS class, 'present' AS state, first_frame, last_frame,
+    NULL AS gone_frame, nullif(arrivals.moved_from, 0) AS moved_from, NULL AS moved_to, arrivals.id IS NOT NULL AS appeared
+  FROM objects LEFT JOIN classes ON classes.id = objects.class_id LEFT JOIN arrivals ON arrivals.id = objects.id
+  WHERE voxels > 0
+  UNION ALL
+  SELECT past_objects.id, ifnull(classes.name, 'unknown'), CASE WHEN moved_to = 0 THEN 'gone' ELSE 'moved' END, first_frame,
+    last_frame, gone_frame, NULL, nullif(moved_to, 0), 0
+  FROM past_objects LEFT JOIN classes ON classes.id = past_objects.class_id
+  ORDER BY 1;
+)sql";
+
 // Name -> kind and text. Names that begin with sqlite_ are SQLite's own, and nobody else can make one.
 using Schema = std::map<std::string, std::pair<std::string, std::string>>;
 
@@ -97,6 +119,8 @@ void replace(std::string& text, std::string_view what, std::string_view by) {
 // The statements that make the tables of a format. In format 1 ids were slots, and merged objects were rows like others.
 std::string tables_of(std::int64_t format) {
   std::string tables = kTables;
+  if (format > 4) tables += kTablesOfHistory;
+  if (format < 5) replace(tables, ", is_mobile INTEGER NOT NULL", "");
   if (format > 3) tables += kTableOfLog;
   if (format > 2) tables += kTableOfSpace;
   if (format > 1) return tables + kTablesOfIds;
@@ -166,6 +190,7 @@ std::vector<std::string> lacks_of(std::int64_t format) {
   }
   if (format < 3) lacks.emplace_back("free space (what was seen to be empty is unknown)");
   if (format < 4) lacks.emplace_back("the log of its frames (it cannot follow corrected poses)");
+  if (format < 5) lacks.emplace_back("what moved or is gone (neither is known)");
   return lacks;
 }
 

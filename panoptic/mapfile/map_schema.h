@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/base/sqlite.h"
 #include "panoptic/map_file.h"
-#include "panoptic/mapfile/sqlite.h"
 
 namespace panoptic {
 

@@ -32,6 +32,7 @@ struct MapUpdate {
   SpaceUpdate space;                // chunks that changed
   std::vector<LogRow> log;          // entries that changed
   ObjectRegistry objects{1};        // all of them
+  ObjectHistory history;            // all of it
   std::vector<FrameRecord> frames;  // new ones
   MapNotes notes;                   // all of them
 };

@@ -4,8 +4,8 @@
 // Objects as rows of a map file, in and out.
 #pragma once
 
+#include "panoptic/base/sqlite.h"
 #include "panoptic/map/label_extents.h"
-#include "panoptic/mapfile/sqlite.h"
 #include "panoptic/objects.h"
 
 namespace panoptic {

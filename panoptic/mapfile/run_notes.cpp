@@ -8,10 +8,11 @@
 #include <utility>
 
 #include "panoptic/base/bytes.h"
+#include "panoptic/base/compression.h"
 #include "panoptic/base/config.h"
 #include "panoptic/base/json.h"
 #include "panoptic/error.h"
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/mapfile/presence_notes.h"
 
 namespace panoptic {
 namespace {
@@ -20,6 +21,8 @@ constexpr const char* kTogether = "together";
 constexpr const char* kOverruled = "overruled";
 constexpr const char* kRegularized = "regularized";
 constexpr const char* kSession = "session";
+constexpr const char* kMoving = "moving";
+constexpr const char* kPresence = "presence";
 
 [[noreturn]] void refuse(const std::string& what) {
   throw Error("the map file's state '" + what + "' does not belong to its map; the file is damaged: use another copy");
@@ -174,7 +177,9 @@ MapNotes notes_of(const SavedState& state) {
   return {{{kSession, counters.dump()}},
           {{kTogether, covisibility_bytes(state.covisibility)},
            {kOverruled, overruled_bytes(state.regularizer.votes)},
-           {kRegularized, epochs_bytes(state.regularizer.handled)}}};
+           {kRegularized, epochs_bytes(state.regularizer.handled)},
+           {kMoving, moving_bytes(state.moving)},
+           {kPresence, presence_bytes(state.presence)}}};
 }
 
 SavedState saved_state(const SavedMap& saved) {
@@ -185,6 +190,13 @@ SavedState saved_state(const SavedMap& saved) {
       saved.format == 1 ? covisibility_from<std::uint16_t>(together) : covisibility_from<std::uint32_t>(together);
   state.regularizer.votes = overruled_from(state_bytes(saved, kOverruled), saved);
   state.regularizer.handled = epochs_from(state_bytes(saved, kRegularized), saved.map.voxels);
+  if (saved.format < 5) return state;  // nothing was known of what moves
+  std::optional<MovingState> moving = moving_from(state_bytes(saved, kMoving));
+  if (!moving) refuse(kMoving);
+  state.moving = std::move(*moving);
+  std::optional<PresenceState> presence = presence_from(state_bytes(saved, kPresence));
+  if (!presence) refuse(kPresence);
+  state.presence = std::move(*presence);
   return state;
 }
 

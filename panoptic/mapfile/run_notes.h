@@ -12,6 +12,7 @@
 #include "panoptic/geometry.h"
 #include "panoptic/map/covisibility.h"
 #include "panoptic/map/frame_votes.h"
+#include "panoptic/map/presence_state.h"
 #include "panoptic/map_file.h"
 
 namespace panoptic {
@@ -51,6 +52,8 @@ std::optional<double> option_of(const SavedMap& saved, std::string_view key);
 struct SavedState {
   Covisibility covisibility;
   RegularizerState regularizer;
+  MovingState moving;
+  PresenceState presence;
   std::uint64_t label_frames = 0;
   std::uint64_t labelled = 0;
   Vec3d up_sum = Vec3d::Zero();

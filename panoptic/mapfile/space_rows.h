@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/base/compression.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/free_space.h"
-#include "panoptic/mapfile/compression.h"
-#include "panoptic/mapfile/sqlite.h"
 
 namespace panoptic {
 

@@ -228,6 +228,7 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
   });
   pending->update.space = space_since(mapper.map().free_space, since);
   pending->update.objects = mapper.map().objects;
+  pending->update.history = mapper.map().history;
   pending->update.frames = std::exchange(frames_, {});
   pending->update.notes = notes_of(parts.state());
   pending->update.notes.texts.insert(identity_.begin(), identity_.end());

@@ -238,6 +238,8 @@ void MapperParts::take_over(MapperParts& fresh, FrameLog log) {
   map_ = std::move(fresh.map_);
   maintenance_ = std::move(fresh.maintenance_);
   regularizer_ = std::move(fresh.regularizer_);
+  moving_tracks_ = std::move(fresh.moving_tracks_);
+  presence_ = std::move(fresh.presence_);
   mesher_ = Mesher(options_.mesher);
   association_ = {};
   up_sum_ = fresh.up_sum_;
@@ -250,7 +252,7 @@ void MapperParts::take_over(MapperParts& fresh, FrameLog log) {
 // Poses of the log are exact, and as they are now.
 void MapperParts::retrace() {
   std::vector<TimedPose> trajectory;
-  for (const FrameLog::Entry& entry : log_.entries()) trajectory.push_back({entry.time_s, entry.world_from_camera});
+  for (const FrameLog::Entry& entry : log_.entries()) trajectory.push_back({entry.time_s, entry.world_from_camera, entry.frame});
   frames_.retrace(trajectory);
 }
 

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/frame_statistics.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace panoptic {
 
 void FrameStatistics::count_used(const TimedPose& pose) {
@@ -15,6 +18,13 @@ void FrameStatistics::count_used(const TimedPose& pose) {
     trajectory_.push_back(pose);
   }
   ++used_;
+}
+
+double FrameStatistics::time_of(std::int64_t frame) const {
+  const auto after = std::upper_bound(trajectory_.begin(), trajectory_.end(), frame,
+                                      [](std::int64_t number, const TimedPose& pose) { return number < pose.frame; });
+  if (after != trajectory_.begin()) return std::prev(after)->time_s;
+  return trajectory_.empty() ? 0 : trajectory_.front().time_s;
 }
 
 void FrameStatistics::retrace(const std::vector<TimedPose>& poses) {

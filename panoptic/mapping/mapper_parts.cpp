@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "panoptic/base/memory.h"
@@ -30,6 +31,8 @@ MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages
       tracker_(options.tracker, map_.labels),
       integrator_(options.integrator, map_.voxels, map_.labels.first_thing()),
       space_(options.map, options.carving),
+      motion_mask_(options.moving),
+      knows_presence_(options.moving.objects),
       maintenance_(options.objects),
       regularizer_(options.regularizer, map_.voxels),
       mesher_(options.mesher),
@@ -46,7 +49,6 @@ Outcome MapperParts::add(const Frame& frame, const Segmentation& segmentation) {
   StageTimer timer(profile_);
   const Accepted accepted = accept(frame, segmentation, timer);
   if (accepted.registered == nullptr) return count_refused(frame, accepted.outcome);
-  timer.done("register");
   const auto labels = associate({frame, segmentation, *accepted.registered}, timer);  // Eq. 2-5, 12
   integrator_.integrate(frame, *accepted.registered, labels, map_.voxels);            // Eq. 6-11
   timer.done("integrate");
@@ -66,7 +68,6 @@ Outcome MapperParts::add_geometry(const Frame& frame) {
   StageTimer timer(profile_);
   const Accepted accepted = accept(frame, {}, timer);
   if (accepted.registered == nullptr) return count_refused(frame, accepted.outcome);
-  timer.done("register");
   no_votes_.assign(accepted.registered->segment.size(), LabelSlot::kNoVote);
   integrator_.integrate(frame, *accepted.registered, no_votes_, map_.voxels);  // Eq. 6-8
   timer.done("integrate");
@@ -79,9 +80,8 @@ Outcome MapperParts::add_geometry(const Frame& frame) {
 
 Outcome MapperParts::add_labels(const Frame& frame, const Segmentation& segmentation) {
   StageTimer timer(profile_);
-  const Accepted accepted = accept(frame, segmentation, timer);
+  const Accepted accepted = accept(frame, segmentation, timer, "register labels");
   if (accepted.registered == nullptr) return accepted.outcome;
-  timer.done("register labels");
   const FrameToLabel to_label{frame, segmentation, *accepted.registered};
   const auto labels = associate(to_label, timer);
   integrator_.integrate_labels(frame, *accepted.registered, labels, map_.voxels);  // Eq. 9-11
@@ -95,14 +95,20 @@ Outcome MapperParts::add_labels(const Frame& frame, const Segmentation& segmenta
 }
 
 // Every check of a frame, and colour and segments registered to its depth.
-MapperParts::Accepted MapperParts::accept(const Frame& frame, const Segmentation& segmentation, StageTimer& timer) {
+MapperParts::Accepted MapperParts::accept(const Frame& frame, const Segmentation& segmentation, StageTimer& timer,
+                                          const char* stage) {
   Accepted accepted{check_frame(frame, segmentation)};
   if (!accepted.outcome.used) return accepted;
   timer.restart();
-  const RegisteredFrame& registered = registration_.apply(frame, segmentation);
+  RegisteredFrame& registered = registration_.apply(frame, segmentation);
   accepted.outcome = registered.readings > 0 ? integrator_.check_extent(frame, registered, map_.voxels)
                                              : Outcome::refused("no depth reading between depth.min_m and depth.max_m");
-  if (accepted.outcome.used) accepted.registered = &registered;
+  if (!accepted.outcome.used) return accepted;
+  timer.done(stage);
+  moving_ = &motion_mask_.take_out(frame, segmentation, map_, moving_tracks_.expected(frame.time_s), registered);
+  moving_tracks_.add(moving_->things, frame.index, frame.time_s);
+  timer.done("moving");
+  accepted.registered = &registered;
   return accepted;
 }
 
@@ -139,9 +145,21 @@ Association MapperParts::track(const FrameToLabel& to_label, StageTimer& timer) 
 
 // Nothing is known any longer of what is carved, neither what the regularizer wrote there nor what frames voted for.
 void MapperParts::see_space(const Frame& frame, const RegisteredFrame& registered) {
-  for (const CarvedVoxels& carved : space_.see(frame, registered, frames_.used(), map_)) {
-    regularizer_.votes().forget(carved.slot, carved.brick, carved.voxels);
+  const std::vector<CellIndex> settled = presence_.settled(moving_->cells, frames_.used());
+  const std::vector<CarvedVoxels>& carved = space_.see(frame, registered, frames_.used(), settled, map_);
+  if (knows_presence_) presence_.came_up(space_.came_up(), frame.index);
+  for (const CarvedVoxels& c : carved) {
+    if (knows_presence_) presence_.looks_through(c.slot, c.brick, c.voxels, frame.index, map_);
+    regularizer_.votes().forget(c.slot, c.brick, c.voxels);
   }
+  clear(carved, map_.voxels);
+}
+
+void MapperParts::find_gone() {
+  if (!knows_presence_) return;
+  const auto least = static_cast<std::uint64_t>(options_.objects.min_observations);
+  constexpr std::uint64_t kFramesPerObservation = 35;  // as in object maintenance
+  presence_.find_gone({last_frame_, std::min(least, labelled_ / kFramesPerObservation + 1)}, regularizer_.votes(), map_);
 }
 
 // Throws Error if the first frame, which has just been integrated, takes more than the limit allows: so would every other.
@@ -159,7 +177,7 @@ void MapperParts::count_frame(const Frame& frame) {
   check_memory();
   up_sum_ -= frame.world_from_camera.linear().col(1);
   last_frame_ = frame.index;
-  frames_.count_used({frame.time_s, frame.world_from_camera});
+  frames_.count_used({frame.time_s, frame.world_from_camera, frame.index});
   log_.add(frame);
 }
 
@@ -204,7 +222,10 @@ void MapperParts::run_due_tasks(Counted counted) {
   }
 }
 
-void MapperParts::maintain() { maintenance_.run(map_, regularizer_.votes(), so_far()); }
+void MapperParts::maintain() {
+  find_gone();
+  maintenance_.run(map_, regularizer_.votes(), so_far());
+}
 
 void MapperParts::regularize_changes() {
   if (regularizer_.run(map_.voxels) > 0) prune();
@@ -221,6 +242,7 @@ void MapperParts::prune_if_due() {
 // An object whose last voxel was overruled lives on as long as frames voted for it: its surroundings may come to take its side.
 // Covisibility names objects by their ids, and so does what was gathered (now_called), so neither holds a slot.
 void MapperParts::prune() {
+  find_gone();
   std::vector<bool> in_use = ids_in_use(map_.voxels);
   regularizer_.votes().add_in_use(in_use);
   map_.objects.retire_unused(in_use, regularizer_.named_slots());
@@ -229,7 +251,11 @@ void MapperParts::prune() {
 void MapperParts::finish() {
   finished_ = true;
   give_back_free_memory();
-  timed("maintain", [&] { maintenance_.finish(map_, regularizer_.votes(), so_far()); });
+  timed("maintain", [&] {
+    find_gone();
+    maintenance_.finish(map_, regularizer_.votes(), so_far());
+    if (knows_presence_) presence_.find_arrivals(map_);
+  });
   give_back_free_memory();
   regularize();
   forget_votes_without_voxels();

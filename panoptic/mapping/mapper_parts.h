@@ -15,13 +15,16 @@
 #include "panoptic/frame_statistics.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/label_tracker.h"
+#include "panoptic/fusion/motion_mask.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/fusion/space_observer.h"
 #include "panoptic/map/frame_log.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapper.h"
 #include "panoptic/meshing/mesher.h"
+#include "panoptic/objects/moving_tracks.h"
 #include "panoptic/objects/object_maintenance.h"
+#include "panoptic/objects/presence.h"
 #include "panoptic/pose_update.h"
 #include "panoptic/profile.h"
 
@@ -84,6 +87,9 @@ class MapperParts {
   Profile& profile() { return profile_; }
   const Profile& profile() const { return profile_; }
   Vec3d up() const;
+  // The things that move in the last frame that was added.
+  const MovingSight& moving() const { return *moving_; }
+  const MovingTracks& moving_tracks() const { return moving_tracks_; }
 
   // Forgets the votes for objects that no voxel holds, and those objects: for when no more frames come.
   void forget_votes_without_voxels();
@@ -133,12 +139,13 @@ class MapperParts {
     const RegisteredFrame* registered = nullptr;
   };
 
-  Accepted accept(const Frame& frame, const Segmentation& segmentation, StageTimer& timer);
+  Accepted accept(const Frame& frame, const Segmentation& segmentation, StageTimer& timer, const char* stage = "register");
   Outcome check_frame(const Frame& frame, const Segmentation& segmentation) const;
   Outcome count_refused(const Frame& frame, Outcome outcome);
   std::span<const LabelSlot> associate(const FrameToLabel& to_label, StageTimer& timer);
   Association track(const FrameToLabel& to_label, StageTimer& timer);
   void see_space(const Frame& frame, const RegisteredFrame& registered);
+  void find_gone();
   void check_memory() const;
   void count_frame(const Frame& frame);
   void count_labels(const Frame& frame, const Segmentation& segmentation);
@@ -169,6 +176,11 @@ class MapperParts {
   LabelTracker tracker_;
   Integrator integrator_;
   SpaceObserver space_;
+  MotionMask motion_mask_;
+  const MovingSight* moving_ = nullptr;
+  MovingTracks moving_tracks_;
+  bool knows_presence_;
+  ObjectPresence presence_;
   ObjectMaintenance maintenance_;
   Regularizer regularizer_;
   Mesher mesher_;

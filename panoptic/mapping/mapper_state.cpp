@@ -10,7 +10,7 @@ MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& 
   MapperState state{saved_state(saved), {}, std::move(log)};
   for (const FrameRecord& frame : frames) {
     if (frame.unused_because.empty()) {
-      state.frames.count_used({frame.time_s, frame.world_from_camera.value_or(Pose::Identity())});
+      state.frames.count_used({frame.time_s, frame.world_from_camera.value_or(Pose::Identity()), frame.frame});
     } else {
       state.frames.count_skipped({frame.frame, frame.unused_because});
     }
@@ -19,7 +19,8 @@ MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& 
 }
 
 MapperState MapperParts::state() const {
-  return {{maintenance_.covisibility(), regularizer_.state(), label_frames_, labelled_, up_sum_, last_frame_},
+  return {{maintenance_.covisibility(), regularizer_.state(), moving_tracks_.state(), presence_.state(), label_frames_, labelled_,
+           up_sum_, last_frame_},
           frames_,
           log_.entries()};
 }
@@ -28,6 +29,8 @@ void MapperParts::restore(PanopticMap map, MapperState state) {
   map_ = std::move(map);
   maintenance_.restore(std::move(state.covisibility));
   regularizer_.restore(std::move(state.regularizer));
+  moving_tracks_ = MovingTracks(std::move(state.moving));
+  presence_.restore(std::move(state.presence));
   frames_ = std::move(state.frames);
   log_ = FrameLog(std::move(state.log), log_.limit_bytes());
   if (log_.size() == frames_.used()) retrace();

@@ -2,13 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/mapping/mapping_run.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <exception>
 #include <memory>
 #include <new>
 #include <utility>
 
+#include "panoptic/base/files.h"
+#include "panoptic/base/image_io.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapping/frame_finder.h"
+#include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/mapping/online_playback.h"
 #include "panoptic/mapping/run_recorder.h"
 #include "panoptic/profile.h"
@@ -92,11 +98,19 @@ bool locate(Frame& frame, std::size_t position, const MappingRun& run, RunRecord
   return false;
 }
 
+// The mask of what moves, at the size of the depth image.
+void write_moving_mask(const std::filesystem::path& folder, const Frame& frame, const MovingSight& moving) {
+  Image<std::uint8_t> mask(frame.depth.width(), frame.depth.height());
+  std::copy(moving.mask.begin(), moving.mask.end(), mask.data());
+  write_file(folder / fmt::format("{:06}.png", frame.index), encode_png(mask));
+}
+
 void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher) {
   const auto frame = std::make_shared<const Frame>(publisher != nullptr ? kept(std::move(read)) : std::move(read));
   const auto segmentation = std::make_shared<const Segmentation>(predict(run, *frame));
   const Outcome outcome = run.mapper.add(*frame, *segmentation);
   if (outcome.used && run.tracker != nullptr) run.tracker->keep(*frame);
+  if (outcome.used && !run.moving_masks.empty()) write_moving_mask(run.moving_masks, *frame, run.mapper.parts().moving());
   recorder.frame(*frame, !segmentation->segment_at.empty(), outcome);
   if (outcome.used && publisher != nullptr) publisher->added(frame, segmentation);
 }

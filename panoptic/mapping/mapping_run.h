@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -38,6 +39,8 @@ struct MappingRun {
   std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };
   // Gives the frames their poses, in place of the dataset's; nullptr: those of the dataset count. Not online.
   RunTracker* tracker = nullptr;
+  // A folder for the masks of what moves: 8 bits, 255 = moves, <frame>.png for each frame that is used; empty: none. Not online.
+  std::filesystem::path moving_masks;
   // The recording with its own poses, for the report of the tracker: `dataset` itself if its frames have them, another that was
   // opened beside it, or nullptr if there are none.
   const Dataset* given_poses = nullptr;

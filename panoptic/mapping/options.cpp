@@ -9,6 +9,7 @@
 #include "panoptic/error.h"
 #include "panoptic/fusion/integrator.h"
 #include "panoptic/fusion/label_tracker.h"
+#include "panoptic/fusion/motion_mask.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/fusion/space_observer.h"
 #include "panoptic/map/option_fields.h"
@@ -30,6 +31,7 @@ Fields fields(Options& o) {
   append_group(all, "tracker", fields(o.tracker));
   append_group(all, "integrator", fields(o.integrator));
   append_group(all, "carving", fields(o.carving));
+  append_group(all, "moving", fields(o.moving));
   append_group(all, "objects", fields(o.objects));
   append_group(all, "regularizer", fields(o.regularizer));
   append_group(all, "mesher", fields(o.mesher));
@@ -44,9 +46,14 @@ const Options& checked(const Options& options) {
   if (options.depth.min_m >= options.depth.max_m) {
     throw Error("depth.min_m is not below depth.max_m: no reading would be left; swap or correct them");
   }
-  if (options.carving.enabled && !options.map.free_space) {
-    throw Error("carving.enabled needs map.free_space, which is off; set carving.enabled to false as well");
-  }
+  const auto require_free_space = [&](bool is_on, const char* name) {
+    if (is_on && !options.map.free_space) {
+      throw Error(fmt::format("{0} needs map.free_space, which is off; set {0} to false as well", name));
+    }
+  };
+  require_free_space(options.carving.enabled, "carving.enabled");
+  require_free_space(options.moving.points, "moving.points");
+  require_free_space(options.moving.objects, "moving.objects");
   return options;
 }
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <type_traits>
 
@@ -17,6 +18,7 @@
 #include "panoptic/io/views.h"
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/mapping/option_fields.h"
+#include "panoptic/mapping/tracking_outputs.h"
 #include "panoptic/mesh.h"
 #include "panoptic/outputs.h"
 #include "panoptic/profile.h"
@@ -99,40 +101,6 @@ Json to_json(const Correction& c) {
   return json;
 }
 
-Json to_json(const TrackingSpan& span) {
-  Json json = {{"state", to_text(span.state)},
-               {"first_frame", span.first_frame},
-               {"last_frame", span.last_frame},
-               {"frames", span.frames}};
-  if (span.state == TrackingState::kLost) {
-    json["reason"] = span.reason;
-  } else {
-    json["least_quality"] = span.least_quality;
-  }
-  return json;
-}
-
-Json to_json(const TrackingReport& t) {
-  Json json = {{"tracked", t.tracked},           {"lost", t.lost},          {"keyframes", t.keyframes},
-               {"mean_quality", t.mean_quality}, {"loops", t.loops.size()}, {"spans", Json::array()}};
-  for (const TrackingSpan& span : t.spans) json["spans"].push_back(to_json(span));
-  return json;
-}
-
-Json loops_json(const std::vector<Loop>& loops) {
-  Json list = Json::array();
-  for (const Loop& loop : loops) {
-    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = loop.earlier_from_frame.matrix();
-    list.push_back({{"frame", loop.frame},
-                    {"earlier_frame", loop.earlier_frame},
-                    {"earlier_from_frame", std::vector<double>(m.data(), m.data() + m.size())},
-                    {"moved_m", loop.moved_m},
-                    {"is_believed", loop.is_believed},
-                    {"corrects", loop.corrects}});
-  }
-  return {{"loops", std::move(list)}};
-}
-
 Json to_json(const RunRecording& r) {
   const auto path = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r.world_from_recording.linear();
@@ -194,39 +162,87 @@ Json history_json(const Object& object, ClassId class_id, const LabelSet& labels
   return history;
 }
 
+// When an object was there (objects.json): its state, and times in seconds of the recording.
+void add_presence(const Object& object, const Mapper& mapper, Json& json) {
+  const auto& arrivals = mapper.map().history.arrivals;
+  const auto arrival = arrivals.find(object.id);
+  const bool was_moved = arrival != arrivals.end() && arrival->second.moved_from != PanopticId::kUnknown;
+  json["state"] = "present";
+  json["first_time"] = mapper.frames().time_of(object.first_frame);
+  json["last_time"] = mapper.frames().time_of(object.last_frame);
+  json["gone_time"] = nullptr;
+  json["appeared"] = arrival != arrivals.end();
+  json["moved_from"] = was_moved ? Json(number(arrival->second.moved_from)) : Json(nullptr);
+  json["moved_to"] = nullptr;
+  if (was_moved) json["moved_confidence"] = arrival->second.confidence;
+}
+
+OrientedBox upright_box(const ExtentBox& box) {
+  return {.center_m = (box.min_m + box.max_m) / 2, .axes = Eigen::Matrix3d::Identity(), .size_m = box.max_m - box.min_m};
+}
+
+Json to_json(const PastObject& past, const Mapper& mapper) {
+  const std::string class_name(mapper.map().labels.name_of(past.class_id));
+  const bool is_moved = past.moved_to != PanopticId::kUnknown;
+  return {{"id", number(past.id)},
+          {"class_id", number(past.class_id)},
+          {"class", class_name},
+          {"probabilities", {{class_name, past.probability}}},
+          {"box", {{"min_m", to_json(past.box.min_m)}, {"max_m", to_json(past.box.max_m)}}},
+          {"oriented_box", to_json(upright_box(past.box))},
+          {"centroid_m", to_json(past.box.center_m)},
+          {"surface_area_m2", 0},
+          {"vertices", 0},
+          {"first_frame", past.first_frame},
+          {"last_frame", past.last_frame},
+          {"observations", past.observations},
+          {"state", is_moved ? "moved" : "gone"},
+          {"first_time", mapper.frames().time_of(past.first_frame)},
+          {"last_time", mapper.frames().time_of(past.last_frame)},
+          {"gone_time", mapper.frames().time_of(past.gone_frame)},
+          {"appeared", false},
+          {"moved_from", nullptr},
+          {"moved_to", is_moved ? Json(number(past.moved_to)) : Json(nullptr)},
+          {"votes", to_json(VoteHistory(), mapper.map().labels)},
+          {"best_views", Json::array()},
+          {"history", {fmt::format("after frame {}: gone, half of it and more was looked through", past.gone_frame)}}};
+}
+
+Json to_json(const MovingTrack& track, const LabelSet& labels) {
+  Json frames = Json::array();
+  for (const TrackedBox& box : track.boxes) {
+    frames.push_back(
+        {{"frame", box.frame}, {"time_s", box.time_s}, {"box", {{"min_m", to_json(box.min_m)}, {"max_m", to_json(box.max_m)}}}});
+  }
+  const bool is_named = track.class_id != ClassId::kUnknown;
+  return {{"id", track.id},
+          {"class", is_named ? Json(labels.name_of(track.class_id)) : Json(nullptr)},
+          {"frames", std::move(frames)}};
+}
+
 Json to_json(const Object& object, const ObjectShape& shape, const Mapper& mapper) {
   const ClassId class_id = mapper.map().objects.class_of(object.slot);
   Json probabilities = Json::object();
   for (const ClassProbability& p : mapper.map().objects.probabilities(object.slot)) {
     probabilities[std::string(mapper.map().labels.name_of(p.class_id))] = p.probability;
   }
-  return {{"id", number(object.id)},
-          {"class_id", number(class_id)},
-          {"class", mapper.map().labels.name_of(class_id)},
-          {"probabilities", std::move(probabilities)},
-          {"box", {{"min_m", to_json(shape.min_m)}, {"max_m", to_json(shape.max_m)}}},
-          {"oriented_box", to_json(shape.oriented_box)},
-          {"centroid_m", to_json(shape.centroid_m)},
-          {"surface_area_m2", shape.area_m2},
-          {"vertices", shape.vertices},
-          {"first_frame", object.first_frame},
-          {"last_frame", object.last_frame},
-          {"observations", object.observations},
-          {"votes", to_json(object.votes, mapper.map().labels)},
-          {"best_views", to_json(object.best_views, mapper.map().labels)},
-          {"history", history_json(object, class_id, mapper.map().labels)}};
-}
-
-// The form of the TUM RGB-D benchmark.
-std::string trajectory_text(const std::vector<TimedPose>& trajectory) {
-  std::string text = "# time_s x_m y_m z_m qx qy qz qw (world from depth camera)\n";
-  for (const TimedPose& pose : trajectory) {
-    const Vec3d t = pose.world_from_camera.translation();
-    const Eigen::Quaterniond q(pose.world_from_camera.linear());
-    text += fmt::format("{:.6f} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", pose.time_s, t.x(), t.y(), t.z(), q.x(),
-                        q.y(), q.z(), q.w());
-  }
-  return text;
+  Json json = {{"id", number(object.id)},
+               {"class_id", number(class_id)},
+               {"class", mapper.map().labels.name_of(class_id)},
+               {"probabilities", std::move(probabilities)},
+               {"box", {{"min_m", to_json(shape.min_m)}, {"max_m", to_json(shape.max_m)}}},
+               {"oriented_box", to_json(shape.oriented_box)},
+               {"centroid_m", to_json(shape.centroid_m)},
+               {"surface_area_m2", shape.area_m2},
+               {"vertices", shape.vertices},
+               {"first_frame", object.first_frame},
+               {"last_frame", object.last_frame},
+               {"observations", object.observations},
+               {"votes", to_json(object.votes, mapper.map().labels)},
+               {"best_views", to_json(object.best_views, mapper.map().labels)},
+               {"history", history_json(object, class_id, mapper.map().labels)}};
+  add_presence(object, mapper, json);
+  return json;
 }
 
 void add_map(const VoxelMap& map, Json& report) {
@@ -271,9 +287,18 @@ Json objects_json(const Mapper& mapper, const Mesh& mesh) {
     const Object* object = mapper.map().objects.find(shape.id);
     if (object != nullptr) objects.push_back(to_json(*object, shape, mapper));
   }
+  for (const PastObject& past : mapper.map().history.past) objects.push_back(to_json(past, mapper));
+  std::sort(objects.begin(), objects.end(), [](const Json& a, const Json& b) { return a["id"] < b["id"]; });
   Json merged_into = Json::object();
   for (const MergedObject& m : mapper.map().objects.merged()) merged_into[std::to_string(number(m.id))] = number(m.into);
   return {{"objects", std::move(objects)}, {"merged_into", std::move(merged_into)}};
+}
+
+Json moving_json(const Mapper& mapper) {
+  const MovingTracks& moving = mapper.parts().moving_tracks();
+  Json tracks = Json::array();
+  for (const MovingTrack& track : moving.tracks()) tracks.push_back(to_json(track, mapper.map().labels));
+  return {{"tracks", std::move(tracks)}, {"forgotten_boxes", moving.state().forgotten}};
 }
 
 Json report_json(const Mapper& mapper, const Options& options, const RunSummary& run, const Mesh& mesh) {
@@ -301,25 +326,17 @@ Json report_json(const Mapper& mapper, const Options& options, const RunSummary&
   add_map(mapper.map().voxels, report);
   report["mesh"] = {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
   report["up"] = to_json(mapper.up());
+  std::size_t arrived = 0;
+  for (const auto& [id, arrival] : mapper.map().history.arrivals) arrived += arrival.moved_from == PanopticId::kUnknown ? 1 : 0;
+  report["changes"] = {{"gone", mapper.map().history.past.size()},
+                       {"new", arrived},
+                       {"moved", mapper.map().history.arrivals.size() - arrived},
+                       {"tracks", mapper.parts().moving_tracks().tracks().size()}};
   report["objects_refused"] = mapper.map().objects.refused();
   report["label_set"] = mapper.map().labels.name();
   report["labels"] = classes_json(mapper.map().labels);
   report["options"] = to_json(fields(copy));
   return report;
-}
-
-// Loops, and beside the trajectory the one that the recording has.
-void write_tracking(const std::filesystem::path& folder, const std::optional<TrackingReport>& tracking) {
-  for (const char* name : {"loops.json", "given_trajectory.txt"}) {  // of an earlier run
-    std::error_code ignored;
-    std::filesystem::remove(folder / name, ignored);
-  }
-  if (!tracking) return;
-  write_json_file(folder / "loops.json", loops_json(tracking->loops));
-  if (tracking->given.empty()) return;
-  std::vector<TimedPose> given;
-  for (const FramePose& pose : tracking->given) given.push_back({pose.time_s, pose.world_from_camera});
-  write_file(folder / "given_trajectory.txt", trajectory_text(given));
 }
 
 WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, const Options& options, const RunSummary& run) {
@@ -330,6 +347,7 @@ WrittenMap write_outputs(const std::filesystem::path& folder, Mapper& mapper, co
   };
   step([&] { write_ply(folder / "mesh.ply", mesh); });
   step([&] { write_json_file(folder / "objects.json", objects_json(mapper, mesh)); });
+  write_json_file(folder / "moving.json", moving_json(mapper));
   write_file(folder / "options.toml", to_toml(options));
   write_file(folder / "trajectory.txt", trajectory_text(mapper.frames().trajectory()));
   write_tracking(folder, run.tracking);

@@ -36,6 +36,7 @@ Json to_json(const LabelSet& labels) {
     const LabelClass& c = labels.classes()[i];
     if (c.max_size_m > 0) classes[i]["max_size_m"] = c.max_size_m;
     if (c.is_support) classes[i]["is_support"] = true;
+    if (c.is_mobile) classes[i]["is_mobile"] = true;
   }
   return {{"name", labels.name()}, {"classes", std::move(classes)}};
 }

@@ -42,8 +42,9 @@ Vec3d direction(double yaw, double pitch) {
 // Follows the walk and turns to what has not been seen yet.
 class Gaze {
  public:
-  Gaze(const Home& home, const Walk& walk, std::vector<Sight> sights)
-      : home_(home), walk_(walk), sights_(std::move(sights)), times_seen_(sights_.size(), 0) {}
+  // `laps`: the walk goes round so often, and every time all is worth looking at again.
+  Gaze(const Home& home, const Walk& walk, std::vector<Sight> sights, int laps)
+      : home_(home), walk_(walk), sights_(std::move(sights)), times_seen_(sights_.size(), 0), laps_(laps) {}
 
   std::vector<Beat> follow(Random& random) {
     std::vector<Beat> beats;
@@ -53,6 +54,7 @@ class Gaze {
     const double length_m = static_cast<double>(walk_.points.size() - 1) * kStep_m;
     std::size_t stop = 0;
     int stayed = 0;
+    int lap = 1;
     double gain = turn(beat);
     beats.push_back(beat);
     while (beat.along_m < length_m) {
@@ -67,6 +69,10 @@ class Gaze {
         }
       } else {
         beat.along_m = std::min({beat.along_m + kBeat_s * random.uniform(0.58, 0.72), stop_m, length_m});
+      }
+      if (lap < laps_ && beat.along_m >= lap * length_m / laps_) {
+        ++lap;
+        times_seen_.assign(sights_.size(), 0);
       }
       gain = turn(beat);
       beats.push_back(beat);
@@ -154,6 +160,7 @@ class Gaze {
   const Walk& walk_;
   std::vector<Sight> sights_;
   std::vector<int> times_seen_;
+  int laps_;
 };
 
 // A smooth curve through values one apart that never overshoots (monotone cubic of Fritsch and Carlson).
@@ -249,6 +256,17 @@ class Motion {
   double middle_height_m_;
 };
 
+// The walk so many times, one after the other: it ends where it begins.
+Walk repeated(const Walk& once, int laps) {
+  Walk walk = once;
+  for (int lap = 1; lap < laps; ++lap) {
+    const std::size_t offset = walk.points.size() - 1;
+    walk.points.insert(walk.points.end(), once.points.begin() + 1, once.points.end());
+    for (const std::size_t stop : once.look_around) walk.look_around.push_back(offset + stop);
+  }
+  return walk;
+}
+
 }  // namespace
 
 std::vector<Pose> make_camera_path(const Home& home, const PathOptions& options) {
@@ -259,9 +277,9 @@ std::vector<Pose> make_camera_path(const Home& home, const PathOptions& options)
   if (home.rooms.empty()) throw Error("a camera path needs a home with at least one room");
   const ClearanceMap clearance = walking_clearance(home, kHead_m);
   const std::vector<Sight> all = sights(home, clearance);
-  const Walk walk = plan_walk(home, clearance, all);
+  const Walk walk = repeated(plan_walk(home, clearance, all), options.laps);
   Random random(options.seed, kPurpose);
-  const std::vector<Beat> beats = Gaze(home, walk, all).follow(random);
+  const std::vector<Beat> beats = Gaze(home, walk, all, options.laps).follow(random);
   const Motion motion(walk, beats, random);
   const int frames = options.frames > 0 ? options.frames : static_cast<int>(motion.length_s() * kRate_hz) + 1;
   std::vector<Pose> path;

@@ -15,6 +15,7 @@ namespace panoptic {
 struct PathOptions {
   std::uint64_t seed = 1;
   int frames = 0;  // 0 = as long as a person takes at 30 Hz; else the same way in so many frames
+  int laps = 1;    // the way leads back to where it began, and may be walked again
 };
 
 // Poses world_from_camera, one per frame: through every room and back (loops), 1.2 to 1.7 m above the floor, looking at

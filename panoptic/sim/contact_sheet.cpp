@@ -20,7 +20,9 @@ constexpr int kGap = 4;
 constexpr int kCandidates = 16;  // frames looked at per home
 constexpr Rgb kBackground{24, 24, 28};
 
-// The candidate that shows the most things of some size.
+bool is_mover(ClassId class_id) { return class_id == kPersonClass || class_id == kCatClass || class_id == kDogClass; }
+
+// The candidate that shows the most things of some size; people above all.
 SimulatedFrame best_frame(const Simulation& simulation) {
   constexpr int kLeast_px = 800;
   SimulatedFrame best;
@@ -31,8 +33,13 @@ SimulatedFrame best_frame(const Simulation& simulation) {
     const auto things = visible_things(frame.rendering, simulation.camera());
     const auto count =
         std::count_if(things.begin(), things.end(), [](const VisibleThing& thing) { return thing.area_px >= kLeast_px; });
-    if (count <= most) continue;
-    most = count;
+    constexpr std::ptrdiff_t kWorthOfMover = 20;
+    const auto movers = std::count_if(things.begin(), things.end(), [&](const VisibleThing& thing) {
+      return thing.area_px >= kLeast_px && is_mover(thing.class_id);
+    });
+    const std::ptrdiff_t worth = count + kWorthOfMover * movers;
+    if (worth <= most) continue;
+    most = worth;
     best = std::move(frame);
   }
   return best;
@@ -84,13 +91,13 @@ void paste(const Image<Rgb>& picture, int column, int row, Image<Rgb>& sheet) {
 Image<Rgb> contact_sheet(const SimulationOptions& first, int homes) {
   constexpr double kTextScale = 0.45;
   constexpr int kColumns = 4;
-  const LabelSet labels = load_label_set("scannet20");
   Image<Rgb> sheet(kGap + kColumns * (kTileWidth + kGap), kGap + homes * (kTileHeight + kGap), kBackground);
   for (int row = 0; row < homes; ++row) {
     SimulationOptions options = first;
     options.seed += static_cast<std::uint64_t>(row);
     const Simulation simulation(options);
     const SimulatedFrame shown = best_frame(simulation);
+    const LabelSet& labels = simulation.labels();
     const std::array<Image<Rgb>, kColumns> pictures = {shown.frame.color.copied(), depth_picture(shown.frame.depth),
                                                        class_picture(shown.rendering.class_id, labels),
                                                        instance_picture(shown.rendering, labels)};

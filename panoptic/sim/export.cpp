@@ -86,6 +86,16 @@ bool write_frames(const Simulation& simulation, const ExportOptions& options, Sc
   return true;
 }
 
+// The home as it is at the end, and what happens in it.
+void write_home(const Simulation& simulation, const fs::path& folder) {
+  const Home home = final_home(simulation.world());
+  write_png(folder / "plan.png", draw_plan(home, simulation.true_path()));
+  write_home_truth(home_truth(home, {simulation.options().seed, simulation.options().rooms}), folder);
+  if (!simulation.moves()) return;
+  write_dynamics(folder / kDynamicsFile,
+                 dynamics_truth(simulation.world(), simulation.renderer(), simulation.camera(), simulation.options().dynamics));
+}
+
 }  // namespace
 
 Fields fields(ExportOptions& o) {
@@ -94,6 +104,7 @@ Fields fields(ExportOptions& o) {
       {"rooms", &o.rooms, "rooms of the home", in_range(1, 8)},
       {"frames", &o.frames, "frames of the recording; 0: as many as the way through the home takes at 30 Hz", in_range(0, 1e6)},
       {"noise", &o.noise, "preset of the sensor's noise", {}},
+      {"dynamics", &o.dynamics, "what moves: static, people, changes or busy", one_of(dynamics_names())},
       {"predictions", &o.predictions, "preset that prediction_noise came from, or none", {}},
       {"jpeg_quality", &o.jpeg_quality, "quality of the colour images", in_range(1, 100)},
       {"truth_stride", &o.truth_stride, "every how many frames enter the true mesh; 0: about 600 do", in_range(0, 1e6)},
@@ -115,6 +126,8 @@ SimulationOptions simulation_options(const ExportOptions& o) {
   simulation.frames = o.frames;
   simulation.noise = o.noise;
   sensor_noise_preset(o.noise);
+  simulation.dynamics = o.dynamics;
+  dynamics_of(o.dynamics);
   return simulation;
 }
 
@@ -122,8 +135,7 @@ bool export_scan(const Simulation& simulation, const ExportOptions& options, con
   StagingFolder staging(folder);
   ExportOptions written = options;
   write_file(staging.path() / "simulation.toml", to_toml(fields(written)));
-  write_png(staging.path() / "plan.png", draw_plan(simulation.home(), simulation.true_path()));
-  write_home_truth(home_truth(simulation.home(), {simulation.options().seed, simulation.options().rooms}), staging.path());
+  write_home(simulation, staging.path());
   ScanWriter writer(staging.path(), simulation, options);
   if (!write_frames(simulation, options, writer, watch)) return false;
   writer.finish();

@@ -16,6 +16,15 @@ namespace {
 const MapOptions kTruthMap{.voxel_size_m = 0.02F};
 constexpr double kFarthest_m = 0.05;
 
+// Without what is there for a while only: the truth is the surface at the end, wherever a frame showed it.
+Image<float> lasting_depth(const Rendering& rendering) {
+  Image<float> depth = rendering.depth;
+  for (std::size_t i = 0; i < rendering.fate.size(); ++i) {
+    if (rendering.fate[i] != Fate::kStays) depth[i] = 0;
+  }
+  return depth;
+}
+
 void label_vertices(const Renderer& renderer, ScanTruth& truth) {
   constexpr std::size_t kChunk = 2048;
   const std::size_t count = truth.positions.size();
@@ -43,7 +52,7 @@ void TruthBuilder::add(const SimulatedFrame& simulated) {
   frame.index = simulated.frame.index;
   frame.depth_camera = frame.color_camera = simulated.frame.depth_camera;
   frame.world_from_camera = simulated.true_world_from_camera;
-  frame.depth = simulated.rendering.depth;
+  frame.depth = lasting_depth(simulated.rendering);
   frame.color = simulated.rendering.color;
   const RegisteredFrame& registered = registration_.apply(frame, {});
   if (registered.readings == 0) return;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The truth about a home for those who plan in it: where people sit and lie, table tops, doors, rooms. It follows from the models
-// and from the floor plan alone, whether a camera saw them or not. World axes: z up, the floor at z = 0; metres.
+// and from the floor plan alone, whether a camera saw them or not. MovingHome axes: z up, the floor at z = 0; metres.
 #pragma once
 
 #include <cstdint>

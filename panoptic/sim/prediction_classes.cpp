@@ -79,6 +79,8 @@ constexpr auto kMistakes = std::to_array<Mistake>({
     {"otherfurniture", "chair", 1},
     {"otherfurniture", "bookshelf", 1},
     {"otherfurniture", "desk", 1},
+    {"cat", "dog", 1},
+    {"dog", "cat", 1},
 });
 
 constexpr auto kHallucinations = std::to_array<std::string_view>(

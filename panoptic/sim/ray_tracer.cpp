@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "panoptic/error.h"
 
@@ -31,6 +32,7 @@ void fill_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, con
 
 struct Query {
   const Surfaces& surfaces;
+  const std::vector<std::uint32_t>& chosen;
   Vec3d p;
   double best_squared;
   std::uint32_t best = kNoTriangle;
@@ -38,7 +40,7 @@ struct Query {
 
 bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   Query& query = *static_cast<Query*>(arguments->userPtr);
-  const std::uint32_t id = arguments->primID;
+  const std::uint32_t id = query.chosen.empty() ? arguments->primID : query.chosen[arguments->primID];
   std::array<Vec3d, 3> corners;
   for (int i = 0; i < 3; ++i) corners[i] = query.surfaces.positions[query.surfaces.triangles[id][i]].cast<double>();
   const Vec3d weights = nearest_weights(corners, query.p);
@@ -75,25 +77,38 @@ struct RayTracer::State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
+  std::uint32_t triangle(std::uint32_t primitive) const { return chosen.empty() ? primitive : chosen[primitive]; }
+  void build(const std::vector<std::array<std::uint32_t, 3>>& triangles);
+
   const Surfaces& surfaces;
+  std::vector<std::uint32_t> chosen;  // by primitive; empty: all triangles
   RTCDevice device;
   RTCScene scene = nullptr;
 };
 
-RayTracer::RayTracer(const Surfaces& surfaces) : state_(std::make_unique<State>(surfaces)) {
-  rtcSetSceneFlags(state_->scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(state_->scene, RTC_BUILD_QUALITY_MEDIUM);
-  if (!surfaces.triangles.empty()) {
-    RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+void RayTracer::State::build(const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  if (!triangles.empty()) {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, surfaces.positions);
-    fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, surfaces.triangles);
+    fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(state_->scene, geometry);
+    rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
-    check(state_->device);
+    check(device);
   }
-  rtcCommitScene(state_->scene);
-  check(state_->device);
+  rtcCommitScene(scene);
+  check(device);
+}
+
+RayTracer::RayTracer(const Surfaces& surfaces) : state_(std::make_unique<State>(surfaces)) { state_->build(surfaces.triangles); }
+
+RayTracer::RayTracer(const Surfaces& surfaces, std::vector<std::uint32_t> chosen) : state_(std::make_unique<State>(surfaces)) {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (const std::uint32_t triangle : chosen) triangles.push_back(surfaces.triangles[triangle]);
+  state_->chosen = std::move(chosen);
+  state_->build(triangles);
 }
 
 RayTracer::~RayTracer() = default;
@@ -122,7 +137,7 @@ void RayTracer::trace(const RayPacket& rays, PacketHits& hits) const {
   rtcIntersect16(kAllValid.data(), state_->scene, &context, &packet);
   for (int i = 0; i < kPacketRays; ++i) {
     const bool hit = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-    hits.triangle[i] = hit ? packet.hit.primID[i] : kNoTriangle;
+    hits.triangle[i] = hit ? state_->triangle(packet.hit.primID[i]) : kNoTriangle;
     hits.distance[i] = packet.ray.tfar[i];
     hits.u[i] = packet.hit.u[i];
     hits.v[i] = packet.hit.v[i];
@@ -145,7 +160,7 @@ RayHit RayTracer::trace(const Vec3f& origin, const Vec3f& direction, float max_d
   ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(state_->scene, &context, &ray);
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {max_distance, kNoTriangle};
-  return {ray.ray.tfar, ray.hit.primID};
+  return {ray.ray.tfar, state_->triangle(ray.hit.primID)};
 }
 
 std::optional<NearestTriangle> RayTracer::nearest(const Vec3d& p, double max_m) const {
@@ -157,7 +172,7 @@ std::optional<NearestTriangle> RayTracer::nearest(const Vec3d& p, double max_m) 
   search.radius = static_cast<float>(max_m * (1 + 1e-6) + 1e-5);
   RTCPointQueryContext context{};
   rtcInitPointQueryContext(&context);
-  Query query{state_->surfaces, p, max_m * max_m};
+  Query query{state_->surfaces, state_->chosen, p, max_m * max_m};
   rtcPointQuery(state_->scene, &search, &context, visit_triangle, &query);
   if (query.best == kNoTriangle) return std::nullopt;
   return NearestTriangle{std::sqrt(query.best_squared), query.best};

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "panoptic/sim/surfaces.h"
 
@@ -50,6 +51,8 @@ class RayTracer {
  public:
   // The surfaces must outlive the tracer. Throws Error if Embree refuses.
   explicit RayTracer(const Surfaces& surfaces);
+  // Traces only these triangles, in ascending order; hits have their numbers in `surfaces`.
+  RayTracer(const Surfaces& surfaces, std::vector<std::uint32_t> chosen);
   ~RayTracer();
   RayTracer(const RayTracer&) = delete;
   RayTracer& operator=(const RayTracer&) = delete;

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "panoptic/error.h"
 #include "panoptic/parallel.h"
+#include "panoptic/sim/figure_light.h"
 #include "panoptic/sim/lighting.h"
 #include "panoptic/sim/ray_tracer.h"
 #include "panoptic/sim/surfaces.h"
@@ -59,22 +62,62 @@ float texel_density(const SceneModel& model, std::size_t triangle, const Texture
   return world_area2 > 0 ? std::sqrt(area2 / world_area2) : 0;
 }
 
+// A tile of neighbouring pixels as rays.
+RayPacket packet_at(const PixelRays& pixels, int u0, int v0) {
+  RayPacket rays;
+  rays.origin = pixels.origin;
+  rays.max_distance = std::numeric_limits<float>::infinity();
+  rays.coherent = true;
+  for (int i = 0; i < kPacketRays; ++i) {
+    const Vec3f direction = pixels.direction(u0 + i % kTileWidth, v0 + i / kTileWidth);
+    rays.x[i] = direction.x();
+    rays.y[i] = direction.y();
+    rays.z[i] = direction.z();
+  }
+  return rays;
+}
+
+std::vector<std::uint32_t> present_triangles(const Surfaces& surfaces, const Presence& presence) {
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t t = 0; t < surfaces.triangles.size(); ++t) {
+    if (presence[surfaces.origins[t].object] != 0) chosen.push_back(t);
+  }
+  return chosen;
+}
+
 }  // namespace
 
 struct Renderer::State {
-  explicit State(const Scene& scene_in);
+  // The surfaces that can be hit, and how they are lit, while certain objects are there.
+  struct Furnished {
+    Furnished(const Scene& scene, const Surfaces& surfaces, std::vector<std::uint32_t> chosen, const std::vector<Vec3f>& albedos)
+        : tracer(surfaces, std::move(chosen)), lighting(scene, surfaces, tracer, albedos) {}
 
-  void render_tile(const PixelRays& pixels, int u0, int v0, Rendering& into) const;
-  Vec3f color_at(std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind, float footprint_m) const;
+    RayTracer tracer;
+    Lighting lighting;
+  };
+
+  State(const Scene& scene_in, const std::vector<Presence>& presences);
+
+  const Furnished& world(std::size_t presence) const {
+    PANOPTIC_ASSERT(presence < worlds.size());
+    return *worlds[presence];
+  }
+  bool everything_stays() const { return worlds.size() == 1; }
+  void render_tile(const Furnished& world, const PixelRays& pixels, const Eigen::Vector2i& at, Rendering& into) const;
+  void paint(const Furnished& world, const FigureLayer& layer, const std::vector<Figure>& figures, const PixelRays& pixels,
+             Rendering& into) const;
+  Vec3f color_at(const Furnished& world, std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind,
+                 float footprint_m) const;
 
   const Scene& scene;
   Surfaces surfaces;
   std::vector<Texture> textures;
-  std::vector<Paint> paints;  // per material
-  RayTracer tracer;
+  std::vector<Paint> paints;     // per material
   std::vector<Vec3f> normals;    // per triangle, unit length
   std::vector<float> densities;  // per triangle, texels per metre
-  Lighting lighting;
+  std::vector<std::unique_ptr<Furnished>> worlds;
+  Presence stays;  // per object: it is there at the end
 
  private:
   static std::vector<Texture> textures_of(const Scene& scene);
@@ -103,14 +146,14 @@ std::vector<Vec3f> Renderer::State::albedos() const {
   return means;
 }
 
-Renderer::State::State(const Scene& scene_in)
-    : scene(scene_in),
-      surfaces(flatten(scene)),
-      textures(textures_of(scene)),
-      paints(paints_of(scene)),
-      tracer(surfaces),
-      lighting(scene, surfaces, tracer, albedos()) {
+Renderer::State::State(const Scene& scene_in, const std::vector<Presence>& presences)
+    : scene(scene_in), surfaces(flatten(scene)), textures(textures_of(scene)), paints(paints_of(scene)), stays(presences.back()) {
   measure_triangles();
+  const std::vector<Vec3f> albedo = albedos();
+  for (const Presence& presence : presences) {
+    PANOPTIC_ASSERT(presence.size() == scene.objects.size());
+    worlds.push_back(std::make_unique<Furnished>(scene, surfaces, present_triangles(surfaces, presence), albedo));
+  }
 }
 
 void Renderer::State::measure_triangles() {
@@ -126,7 +169,8 @@ void Renderer::State::measure_triangles() {
   }
 }
 
-Vec3f Renderer::State::color_at(std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind, float footprint_m) const {
+Vec3f Renderer::State::color_at(const Furnished& world, std::uint32_t triangle, const Eigen::Vector2f& uv, bool from_behind,
+                                float footprint_m) const {
   const SurfaceOrigin& origin = surfaces.origins[triangle];
   const SceneModel& model = scene.models[scene.objects[origin.object].model];
   const Paint& paint = paints[model.material_of[origin.triangle]];
@@ -136,22 +180,16 @@ Vec3f Renderer::State::color_at(std::uint32_t triangle, const Eigen::Vector2f& u
     const Eigen::Vector2f at = (1 - uv.x() - uv.y()) * model.uvs[a] + uv.x() * model.uvs[b] + uv.y() * model.uvs[c];
     color = color.cwiseProduct(textures[paint.texture].sample(at, footprint_m * densities[triangle]));
   }
-  return color.cwiseProduct(lighting.at(triangle, uv.x(), uv.y(), from_behind ? LitSide::kBack : LitSide::kFront));
+  return color.cwiseProduct(world.lighting.at(triangle, uv.x(), uv.y(), from_behind ? LitSide::kBack : LitSide::kFront));
 }
 
-void Renderer::State::render_tile(const PixelRays& pixels, int u0, int v0, Rendering& into) const {
-  RayPacket rays;
-  rays.origin = pixels.origin;
-  rays.max_distance = std::numeric_limits<float>::infinity();
-  rays.coherent = true;
-  for (int i = 0; i < kPacketRays; ++i) {
-    const Vec3f direction = pixels.direction(u0 + i % kTileWidth, v0 + i / kTileWidth);
-    rays.x[i] = direction.x();
-    rays.y[i] = direction.y();
-    rays.z[i] = direction.z();
-  }
+void Renderer::State::render_tile(const Furnished& world, const PixelRays& pixels, const Eigen::Vector2i& at,
+                                  Rendering& into) const {
+  const int u0 = at.x();
+  const int v0 = at.y();
+  const RayPacket rays = packet_at(pixels, u0, v0);
   PacketHits hits{};
-  tracer.trace(rays, hits);
+  world.tracer.trace(rays, hits);
   for (int i = 0; i < kPacketRays; ++i) {
     const int u = u0 + i % kTileWidth;
     const int v = v0 + i / kTileWidth;
@@ -171,29 +209,82 @@ void Renderer::State::render_tile(const PixelRays& pixels, int u0, int v0, Rende
     into.class_id(u, v) = object.class_id;
     into.instance(u, v) = object.instance;
     into.cos_incidence(u, v) = cosine;
-    into.color(u, v) = tone_mapped(color_at(triangle, {hits.u[i], hits.v[i]}, towards > 0, footprint_m));
+    into.color(u, v) = tone_mapped(color_at(world, triangle, {hits.u[i], hits.v[i]}, towards > 0, footprint_m));
+    if (!into.fate.empty() && stays[surfaces.origins[triangle].object] == 0) into.fate(u, v) = Fate::kGoes;
   }
 }
 
-Renderer::Renderer(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+void Renderer::State::paint(const Furnished& world, const FigureLayer& layer, const std::vector<Figure>& figures,
+                            const PixelRays& pixels, Rendering& into) const {
+  std::vector<FigureLight> lights;
+  for (const Figure& figure : figures) lights.emplace_back(figure, scene, world.tracer);
+  for (int v = 0; v < into.depth.height(); ++v) {
+    for (int u = 0; u < into.depth.width(); ++u) {
+      const FigureLayer::Pixel& pixel = layer.pixels(u, v);
+      if (pixel.depth_m <= 0 || (into.depth(u, v) > 0 && into.depth(u, v) <= pixel.depth_m)) continue;
+      const Figure& figure = figures[pixel.figure];
+      const Limb& limb = figure.limbs[pixel.limb];
+      const Vec3f direction = pixels.direction(u, v);
+      const Vec3f point = pixels.origin + pixel.depth_m * direction;
+      const Vec3f normal = normal_at(limb, point);
+      into.depth(u, v) = pixel.depth_m;
+      into.class_id(u, v) = figure.class_id;
+      into.instance(u, v) = figure.instance;
+      into.cos_incidence(u, v) = std::min(1.0F, std::abs(normal.dot(direction)) / direction.norm());
+      into.color(u, v) = tone_mapped(linear_from_srgb(limb.color).cwiseProduct(lights[pixel.figure].at(point, normal)));
+      into.fate(u, v) = Fate::kMoves;
+    }
+  }
+}
+
+Renderer::Renderer(const Scene& scene) : Renderer(scene, {Presence(scene.objects.size(), 1)}) {}
+
+Renderer::Renderer(const Scene& scene, const std::vector<Presence>& presences)
+    : state_(std::make_unique<State>(scene, presences)) {}
 
 Renderer::~Renderer() = default;
 
-Rendering Renderer::render(const Camera& camera, const Pose& world_from_camera) const {
+Rendering Renderer::render(const Camera& camera, const Pose& world_from_camera, const Moment& moment) const {
   const int width = camera.width;
   const int height = camera.height;
   Rendering rendering{Image<float>(width, height), Image<Rgb>(width, height), Image<ClassId>(width, height),
                       Image<std::uint16_t>(width, height), Image<float>(width, height)};
+  if (!state_->everything_stays() || !moment.figures.empty()) rendering.fate = Image<Fate>(width, height);
+  const State::Furnished& world = state_->world(moment.presence);
   const PixelRays pixels(camera, world_from_camera);
   const auto bands = static_cast<std::size_t>((height + kTileHeight - 1) / kTileHeight);
   parallel_for(bands, [&](std::size_t band) {
-    for (int u = 0; u < width; u += kTileWidth) state_->render_tile(pixels, u, static_cast<int>(band) * kTileHeight, rendering);
+    const int v = static_cast<int>(band) * kTileHeight;
+    for (int u = 0; u < width; u += kTileWidth) state_->render_tile(world, pixels, {u, v}, rendering);
   });
+  if (!moment.figures.empty()) {
+    state_->paint(world, draw_figures(moment.figures, camera, world_from_camera), moment.figures, pixels, rendering);
+  }
   return rendering;
 }
 
+Glance Renderer::look(const Camera& camera, const Pose& world_from_camera, std::size_t presence) const {
+  const PixelRays pixels(camera, world_from_camera);
+  const State::Furnished& world = state_->world(presence);
+  Glance glance{Image<float>(camera.width, camera.height), Image<std::uint32_t>(camera.width, camera.height)};
+  PacketHits hits{};
+  for (int v0 = 0; v0 < camera.height; v0 += kTileHeight) {
+    for (int u0 = 0; u0 < camera.width; u0 += kTileWidth) {
+      world.tracer.trace(packet_at(pixels, u0, v0), hits);
+      for (int i = 0; i < kPacketRays; ++i) {
+        const int u = u0 + i % kTileWidth;
+        const int v = v0 + i / kTileWidth;
+        if (u >= camera.width || v >= camera.height || hits.triangle[i] == kNoTriangle) continue;
+        glance.depth(u, v) = hits.distance[i];
+        glance.object(u, v) = state_->surfaces.origins[hits.triangle[i]].object;
+      }
+    }
+  }
+  return glance;
+}
+
 std::optional<SurfacePoint> Renderer::nearest(const Vec3d& world_point, double max_m) const {
-  const auto found = state_->tracer.nearest(world_point, max_m);
+  const auto found = state_->worlds.back()->tracer.nearest(world_point, max_m);
   if (!found) return std::nullopt;
   const SceneObject& object = state_->scene.objects[state_->surfaces.origins[found->triangle].object];
   return SurfacePoint{found->distance_m, object.class_id, object.instance};

@@ -12,6 +12,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/io/dynamics.h"
 #include "panoptic/io/scannet_scan.h"
 
 namespace panoptic {
@@ -41,10 +42,18 @@ std::vector<std::uint8_t> instance_png(const Image<std::uint16_t>& instance, std
   return encode_png(image);
 }
 
-std::uint16_t highest_instance(const Scene& scene) {
+std::uint16_t highest_instance(const MovingHome& world) {
   std::uint16_t highest = 0;
-  for (const SceneObject& object : scene.objects) highest = std::max(highest, object.instance);
+  for (const SceneObject& object : world.home.scene.objects) highest = std::max(highest, object.instance);
+  for (const Mover& mover : world.movers) highest = std::max(highest, mover.instance);
   return highest;
+}
+
+// White where people and pets are.
+std::vector<std::uint8_t> moving_png(const Rendering& rendering) {
+  Image<std::uint8_t> image(rendering.depth.width(), rendering.depth.height());
+  for (std::size_t i = 0; i < rendering.fate.size(); ++i) image[i] = rendering.fate[i] == Fate::kMoves ? 255 : 0;
+  return encode_png(image);
 }
 
 // Number, then the rows of world_from_camera.
@@ -74,15 +83,15 @@ std::string meta_text(const Simulation& simulation) {
 }  // namespace
 
 ExportedFrame make_frame(const Simulation& simulation, const ExportOptions& options, std::size_t position) {
-  static const LabelSet kLabels = load_label_set("scannet20");
   SimulatedFrame simulated = simulation.simulate(position);
   ExportedFrame frame;
   frame.position = position;
   frame.sens = encode_sens_frame(simulated.frame, options.jpeg_quality);
   frame.label_png = label_png(simulated.rendering.class_id);
-  frame.instance_png = instance_png(simulated.rendering.instance, highest_instance(simulation.home().scene));
+  frame.instance_png = instance_png(simulated.rendering.instance, highest_instance(simulation.world()));
+  if (simulation.moves()) frame.moving_png = moving_png(simulated.rendering);
   if (options.predictions != "none") {
-    frame.prediction = predict_with_noise(options.prediction_noise, simulation.options().seed, simulated, kLabels);
+    frame.prediction = predict_with_noise(options.prediction_noise, simulation.options().seed, simulated, simulation.labels());
   }
   frame.reported_pose = simulated.frame.world_from_camera;
   frame.true_pose = simulated.true_world_from_camera;
@@ -97,8 +106,9 @@ ScanWriter::ScanWriter(std::filesystem::path folder, const Simulation& simulatio
       sens_(stem(".sens"), simulation.camera()),
       labels_(stem("_2d-label.zip")),
       instances_(stem("_2d-instance.zip")) {
+  if (simulation.moves()) require_writable_folder(folder_ / kMovingFolder);
   if (options.predictions == "none") return;
-  predictions_.emplace(folder_ / "predictions", load_label_set("scannet20"),
+  predictions_.emplace(folder_ / "predictions", simulation.labels(),
                        fmt::format("simulated, preset {}, seed {}", options.predictions, simulation.options().seed));
 }
 
@@ -108,6 +118,9 @@ void ScanWriter::write(const ExportedFrame& frame) {
   sens_.write(frame.sens);
   labels_.add(fmt::format("label/{}.png", frame.position), frame.label_png);
   instances_.add(fmt::format("instance/{}.png", frame.position), frame.instance_png);
+  if (!frame.moving_png.empty()) {
+    write_file(folder_ / kMovingFolder / moving_mask_name(static_cast<std::int64_t>(frame.position)), frame.moving_png);
+  }
   if (predictions_) predictions_->write(static_cast<std::int64_t>(frame.position), frame.prediction);
   if (frame.truth) truth_.add(*frame.truth);
   true_poses_ += pose_line(frame.position, frame.true_pose);

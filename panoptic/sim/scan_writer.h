@@ -24,7 +24,8 @@ struct ExportedFrame {
   SensFrame sens;
   std::vector<std::uint8_t> label_png;
   std::vector<std::uint8_t> instance_png;
-  Segmentation prediction;  // empty: none
+  std::vector<std::uint8_t> moving_png;  // empty where nothing moves
+  Segmentation prediction;               // empty: none
   Pose reported_pose = Pose::Identity();
   Pose true_pose = Pose::Identity();
   std::optional<SimulatedFrame> truth;  // where the frame enters the ground truth

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A furnished home as triangles: the layout makes it, the renderer draws it. World axes: x and y along the floor, z up, the
+// A furnished home as triangles: the layout makes it, the renderer draws it. MovingHome axes: x and y along the floor, z up, the
 // floor at z = 0; metres. Classes are those of the scannet20 label set; kUnknown (ceiling, window reveals) is void in the
 // truth.
 #pragma once

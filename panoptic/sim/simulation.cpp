@@ -7,7 +7,6 @@
 #include <algorithm>
 
 #include "panoptic/error.h"
-#include "panoptic/sim/camera_path.h"
 #include "panoptic/sim/catalogue.h"
 
 namespace panoptic {
@@ -43,16 +42,17 @@ struct Simulation::State {
   explicit State(const SimulationOptions& options_in)
       : options(checked(options_in)),
         noise(sensor_noise_preset(options.noise)),
-        home(make_home({options.seed, options.rooms}, Catalogue())),
-        true_path(make_camera_path(home, {options.seed, options.frames})),
-        tracked_path(with_drift(noise, options.seed, true_path)),
-        renderer(home.scene) {}
+        world(make_moving_home({{options.seed, options.rooms}, options.frames, dynamics_of(options.dynamics)}, Catalogue(),
+                               kCamera)),
+        tracked_path(with_drift(noise, options.seed, world.path)),
+        labels(labels_of(world)),
+        renderer(world.home.scene, world.presences) {}
 
   SimulationOptions options;
   SensorNoise noise;
-  Home home;
-  std::vector<Pose> true_path;
+  MovingHome world;
   std::vector<Pose> tracked_path;
+  LabelSet labels;
   Renderer renderer;
 };
 
@@ -62,15 +62,20 @@ Simulation::~Simulation() = default;
 
 std::string Simulation::description() const {
   std::uint16_t things = 0;
-  for (const SceneObject& object : state_->home.scene.objects) things = std::max(things, object.instance);
-  const std::size_t rooms = state_->home.rooms.size();
-  return fmt::format("simulated home {}: {} room{}, {} things, {} frames, depth and colour {}x{}, noise '{}'",
-                     state_->options.seed, rooms, rooms == 1 ? "" : "s", things, size(), kCamera.width, kCamera.height,
-                     state_->options.noise);
+  for (const SceneObject& object : state_->world.home.scene.objects) things = std::max(things, object.instance);
+  const std::size_t rooms = state_->world.home.rooms.size();
+  std::string text =
+      fmt::format("simulated home {}: {} room{}, {} things, {} frames, depth and colour {}x{}, noise '{}'", state_->options.seed,
+                  rooms, rooms == 1 ? "" : "s", things, size(), kCamera.width, kCamera.height, state_->options.noise);
+  if (moves()) {
+    text += fmt::format(", dynamics '{}': {} movers, {} changes", state_->options.dynamics, state_->world.movers.size(),
+                        state_->world.changes.size());
+  }
+  return text;
 }
 
-std::size_t Simulation::size() const { return state_->true_path.size(); }
-const std::vector<Pose>& Simulation::true_path() const { return state_->true_path; }
+std::size_t Simulation::size() const { return state_->world.path.size(); }
+const std::vector<Pose>& Simulation::true_path() const { return state_->world.path; }
 
 ReadResult Simulation::read(std::size_t position) const {
   Frame frame = simulate(position).frame;
@@ -81,11 +86,12 @@ ReadResult Simulation::read(std::size_t position) const {
 SimulatedFrame Simulation::simulate(std::size_t position) const {
   PANOPTIC_ASSERT(position < size());
   SimulatedFrame result;
-  result.true_world_from_camera = state_->true_path[position];
-  result.rendering = state_->renderer.render(kCamera, result.true_world_from_camera);
+  result.true_world_from_camera = state_->world.path[position];
+  result.rendering = state_->renderer.render(kCamera, result.true_world_from_camera,
+                                             {state_->world.presence_at(position), state_->world.figures_at(position)});
 
   Rendering sensed = result.rendering;
-  const Pose& before = state_->true_path[position > 0 ? position - 1 : 0];
+  const Pose& before = state_->world.path[position > 0 ? position - 1 : 0];
   add_sensor_noise(state_->noise, state_->options.seed, static_cast<std::int64_t>(position), sensed,
                    motion_px(before, result.true_world_from_camera, result.rendering.depth));
   Frame& frame = result.frame;
@@ -100,7 +106,10 @@ SimulatedFrame Simulation::simulate(std::size_t position) const {
 }
 
 const SimulationOptions& Simulation::options() const { return state_->options; }
-const Home& Simulation::home() const { return state_->home; }
+const Home& Simulation::home() const { return state_->world.home; }
+const MovingHome& Simulation::world() const { return state_->world; }
+bool Simulation::moves() const { return dynamics_of(state_->options.dynamics) != Dynamics::kStatic; }
+const LabelSet& Simulation::labels() const { return state_->labels; }
 const Renderer& Simulation::renderer() const { return state_->renderer; }
 const Camera& Simulation::camera() const { return kCamera; }
 

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "panoptic/frame.h"
+#include "panoptic/labels.h"
 #include "panoptic/scan_truth.h"
 #include "panoptic/sim/home.h"
+#include "panoptic/sim/moving_home.h"
 #include "panoptic/sim/renderer.h"
 #include "panoptic/sim/sensor_noise.h"
 #include "panoptic/source.h"
@@ -21,11 +23,12 @@ namespace panoptic {
 struct SimulationOptions {
   std::uint64_t seed = 1;
   int rooms = 4;
-  int frames = 0;                // 0 = as many as the way takes at 30 Hz
-  std::string noise = "kinect";  // sensor_noise_preset
+  int frames = 0;                   // 0 = as many as the way takes at 30 Hz
+  std::string noise = "kinect";     // sensor_noise_preset
+  std::string dynamics = "static";  // dynamics_of
 };
 
-// "sim:SEED" or "sim:SEED,rooms=2,frames=300,noise=none". Throws Error showing the syntax.
+// "sim:SEED" or "sim:SEED,rooms=2,frames=300,noise=none,dynamics=busy". Throws Error showing the syntax.
 SimulationOptions parse_simulation(const std::string& text);
 
 struct SimulatedFrame {
@@ -49,8 +52,11 @@ class Simulation : public Dataset {
   SimulatedFrame simulate(std::size_t position) const;  // REQUIRES position < size()
 
   const SimulationOptions& options() const;
-  const Home& home() const;
+  const Home& home() const;  // with every thing in each of its places, if some are moved
+  const MovingHome& world() const;
+  bool moves() const;                          // false: the dynamics are "static"
   const std::vector<Pose>& true_path() const;  // world_from_camera of every frame
+  const LabelSet& labels() const;              // of the classes that frames show
   const Renderer& renderer() const;
   const Camera& camera() const;  // of depth and colour alike: 640x480, as ScanNet's
 
@@ -60,7 +66,7 @@ class Simulation : public Dataset {
 };
 
 // The ground-truth mesh: marching cubes of the noise-free fusion of every `stride`-th frame at 2 cm, vertices labelled from the
-// nearest true surface.
+// nearest true surface. Where things move it is the surface at the end, as far as frames showed it.
 ScanTruth ground_truth(const Simulation& simulation, std::size_t stride = 1);
 
 }  // namespace panoptic

@@ -14,8 +14,9 @@ namespace {
 constexpr std::string_view kPrefix = "sim:";
 
 [[noreturn]] void reject(const std::string& text, std::string_view part) {
-  throw Error(fmt::format("{}: '{}' is not understood; write sim:SEED, for example sim:7 or sim:7,rooms=2,frames=300,noise=none",
-                          text, part));
+  throw Error(fmt::format(
+      "{}: '{}' is not understood; write sim:SEED, for example sim:7 or sim:7,rooms=2,frames=300,noise=none,dynamics=busy", text,
+      part));
 }
 
 template <typename Number>
@@ -38,6 +39,9 @@ void set(const std::string& text, std::string_view part, SimulationOptions& opti
   } else if (key == "noise") {
     options.noise = value;
     sensor_noise_preset(options.noise);
+  } else if (key == "dynamics") {
+    options.dynamics = value;
+    dynamics_of(options.dynamics);
   } else {
     reject(text, part);
   }

@@ -6,54 +6,17 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <queue>
+
+#include "panoptic/sim/ways.h"
 
 namespace panoptic {
 namespace {
 
 constexpr double kEye_m = 1.45;
-constexpr double kComfort_m = 0.6;   // nearer to furniture than this the way is dearer
 constexpr double kSpacing_m = 0.35;  // between places that are considered for looking around
 constexpr double kEnough = 2.0;      // what a further stop must show, in weights of sights
 constexpr int kMostStops = 6;        // per room
 constexpr int kSmoothings = 150;
-
-// Cheapest ways from one cell to all others, and back along them.
-struct WaysFrom {
-  std::vector<float> cost;
-  std::vector<std::int32_t> previous;
-};
-
-WaysFrom ways_from(const ClearanceMap& clearance, int start) {
-  const auto count = static_cast<std::size_t>(clearance.width()) * static_cast<std::size_t>(clearance.height());
-  WaysFrom ways{std::vector<float>(count, std::numeric_limits<float>::infinity()), std::vector<std::int32_t>(count, -1)};
-  using Entry = std::pair<float, std::int32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  ways.cost[static_cast<std::size_t>(start)] = 0;
-  open.emplace(0.0F, start);
-  while (!open.empty()) {
-    const auto [cost, cell] = open.top();
-    open.pop();
-    if (cost > ways.cost[static_cast<std::size_t>(cell)]) continue;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const int x = cell % clearance.width() + dx;
-        const int y = cell / clearance.width() + dy;
-        if (x < 0 || y < 0 || x >= clearance.width() || y >= clearance.height()) continue;
-        const int next = y * clearance.width() + x;
-        if (clearance[next] < kBody_m) continue;
-        const double step = dx != 0 && dy != 0 ? 1.41421356 : 1.0;
-        const double dearness = 1 + 4 * std::max(0.0, kComfort_m - clearance[next]);
-        const float total = cost + static_cast<float>(step * dearness);
-        if (total >= ways.cost[static_cast<std::size_t>(next)]) continue;
-        ways.cost[static_cast<std::size_t>(next)] = total;
-        ways.previous[static_cast<std::size_t>(next)] = cell;
-        open.emplace(total, next);
-      }
-    }
-  }
-  return ways;
-}
 
 // Places of a room that together see its sights: the best one, then the one that adds most, and so on.
 std::vector<int> stops_in(const Home& home, std::uint32_t room, const ClearanceMap& clearance, const std::vector<Sight>& sights,
@@ -95,7 +58,8 @@ std::vector<int> stops_in(const Home& home, std::uint32_t room, const ClearanceM
 // Grows the line of cells from one stop to the next.
 class Line {
  public:
-  Line(const ClearanceMap& clearance, int start) : clearance_(clearance), ways_(ways_from(clearance, start)), cells_{start} {}
+  Line(const ClearanceMap& clearance, int start)
+      : clearance_(clearance), ways_(ways_from(clearance, start, kBody_m)), cells_{start} {}
 
   double cost_to(int cell) const { return ways_.cost[static_cast<std::size_t>(cell)]; }
   const std::vector<std::int32_t>& cells() const { return cells_; }
@@ -105,7 +69,7 @@ class Line {
     std::vector<std::int32_t> leg;
     for (std::int32_t at = cell; at != cells_.back(); at = ways_.previous[static_cast<std::size_t>(at)]) leg.push_back(at);
     cells_.insert(cells_.end(), leg.rbegin(), leg.rend());
-    ways_ = ways_from(clearance_, cell);
+    ways_ = ways_from(clearance_, cell, kBody_m);
   }
 
  private:
@@ -204,7 +168,7 @@ int start_of(const Home& home, const ClearanceMap& clearance) {
 
 Walk plan_walk(const Home& home, const ClearanceMap& clearance, const std::vector<Sight>& sights) {
   const int start = start_of(home, clearance);
-  const WaysFrom ways = ways_from(clearance, start);
+  const WaysFrom ways = ways_from(clearance, start, kBody_m);
   std::vector<std::vector<int>> stops;
   for (std::uint32_t room = 0; room < home.rooms.size(); ++room) stops.push_back(stops_in(home, room, clearance, sights, ways));
   Tour tour{home, clearance, std::move(stops), Line(clearance, start), {}, std::vector<char>(home.rooms.size(), 0)};

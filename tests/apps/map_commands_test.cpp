@@ -9,8 +9,8 @@
 #include <random>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/map_file.h"
-#include "panoptic/mapfile/sqlite.h"
 #include "panoptic/profile.h"
 #include "tests/apps/run_fixture.h"
 #include "tests/fresh_seed.h"

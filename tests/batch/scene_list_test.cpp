@@ -52,6 +52,19 @@ TEST(SceneList, OfAFolderHasItsFoldersAndScansButForOurOwn) {
   EXPECT_THAT(list.left_out, ElementsAre("notes.txt"));
 }
 
+TEST(SceneList, HasBagsAndTheTopicsThatAreChosenOfThem) {
+  const fs::path folder = fresh_folder();
+  write_file(folder / "walk.mcap", "x");
+  write_file(folder / "home.bag", "x");
+  EXPECT_THAT(names_of(read_scenes(folder)), ElementsAre("home", "walk"));
+  write_file(folder / "list.txt", "walk.mcap?depth=/camera/depth\nhome.bag\n");
+  const SceneList list = read_scenes(folder / "list.txt");
+  EXPECT_THAT(names_of(list), ElementsAre("walk", "home"));
+  EXPECT_EQ(list.scenes[0].recording, (folder / "walk.mcap").string() + "?depth=/camera/depth");
+  write_file(folder / "wrong.txt", "run.bag?depth=/camera/depth\n");
+  EXPECT_THAT(why(folder / "wrong.txt"), testing::HasSubstr("run.bag"));
+}
+
 TEST(SceneList, PutsFoldersInFrontWhereSeveralHaveOneName) {
   const fs::path folder = fresh_folder();
   for (const char* name : {"chess/seq-01", "fire/seq-01", "fire/seq-02"}) fs::create_directories(folder / name);

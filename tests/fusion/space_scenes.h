@@ -34,7 +34,9 @@ struct SeeingMap {
     const RegisteredFrame& registered = registration.apply(frame, {});
     const std::vector<LabelSlot> wall(registered.depth.size(), LabelSlot{1});
     integrator.integrate(frame, registered, wall, map.voxels);
-    return observer.see(frame, registered, frames++, map);
+    std::vector<CarvedVoxels> carved = observer.see(frame, registered, frames++, {}, map);
+    clear(carved, map.voxels);
+    return carved;
   }
 };
 

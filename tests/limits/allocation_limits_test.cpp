@@ -14,6 +14,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/base/image_io.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/error.h"
 #include "panoptic/io/scan_ply.h"
 #include "panoptic/io/sens.h"
@@ -22,7 +23,6 @@
 #include "panoptic/mapfile/block_codec.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_writer.h"
-#include "panoptic/mapfile/sqlite.h"
 #include "panoptic/outputs.h"
 #include "panoptic/predict/coco_panoptic.h"
 #include "panoptic/predict/prediction_io.h"

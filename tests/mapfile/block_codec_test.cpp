@@ -10,7 +10,7 @@
 #include <memory>
 #include <random>
 
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 
 namespace panoptic {
 namespace {

@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "panoptic/base/sqlite.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/map_writer.h"
-#include "panoptic/mapfile/sqlite.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "panoptic/base/files.h"
+#include "panoptic/base/sqlite.h"
 #include "panoptic/error.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapfile/map_writer.h"
-#include "panoptic/mapfile/sqlite.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"
 

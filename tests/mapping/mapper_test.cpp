@@ -290,7 +290,7 @@ TEST(Mapper, StagesAddUpToFusion) {
   Mapper mapper({}, test::test_labels());
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(mapper.add(orbit_frame(i), halves(small_camera())).used);
   double sum_s = 0;
-  for (const char* stage : {"register", "reference", "track", "integrate", "free space"}) {
+  for (const char* stage : {"register", "moving", "reference", "track", "integrate", "free space"}) {
     ASSERT_EQ(mapper.profile().stages().at(stage).count(), 10U) << stage;
     sum_s += mapper.profile().stages().at(stage).total_s();
   }

@@ -42,6 +42,9 @@ constexpr PaperValue kPaperValues[] = {
     {"Eq. 8: weights add up without end", "map.max_weight=0"},
     {"Eq. 6-8: what is in front of the band is not recorded", "map.free_space=false"},
     {"Eq. 6-11: what was fused stays", "carving.enabled=false"},
+    {"Eq. 1: people are things like others", "moving.classes=false"},
+    {"Eq. 6-11: what moves is fused", "moving.points=false"},
+    {"section V: moving objects are future work", "moving.objects=false"},
     {"Eq. 9-11: every label weighs w_t", "integrator.object_vote=1"},
     {"Eq. 12: objects are what the tracker made, their class what Eq. 12 says", "objects.enabled=false"},
     {"Eq. 13, section III-G", "regularizer.enabled=true"},
@@ -100,12 +103,26 @@ TEST(Presets, ThePaperHasAWordOnEveryOptionOrNone) {
 }
 
 TEST(Presets, ThePaperDiffersFromTheDefaultInTheRulesThatItDoesNotHave) {
-  EXPECT_EQ(differing_keys(preset_options("paper"), Options{}),
-            (std::set<std::string>{"networks.likeliest_first", "networks.unknown_share", "networks.keep_whole_classes",
-                                   "networks.smaller_in_front", "networks.score_threshold", "map.max_weight", "map.free_space",
-                                   "carving.enabled", "tracker.trust_map", "integrator.method", "integrator.grazing",
-                                   "integrator.object_vote", "objects.enabled", "regularizer.every_frames", "regularizer.w1",
-                                   "regularizer.w2", "regularizer.band_voxels"}));
+  EXPECT_EQ(differing_keys(preset_options("paper"), Options{}), (std::set<std::string>{"networks.likeliest_first",
+                                                                                       "networks.unknown_share",
+                                                                                       "networks.keep_whole_classes",
+                                                                                       "networks.smaller_in_front",
+                                                                                       "networks.score_threshold",
+                                                                                       "map.max_weight",
+                                                                                       "map.free_space",
+                                                                                       "carving.enabled",
+                                                                                       "moving.classes",
+                                                                                       "moving.points",
+                                                                                       "moving.objects",
+                                                                                       "tracker.trust_map",
+                                                                                       "integrator.method",
+                                                                                       "integrator.grazing",
+                                                                                       "integrator.object_vote",
+                                                                                       "objects.enabled",
+                                                                                       "regularizer.every_frames",
+                                                                                       "regularizer.w1",
+                                                                                       "regularizer.w2",
+                                                                                       "regularizer.band_voxels"}));
 }
 
 TEST(Presets, UnderThePaperSavedPredictionsHaveNoWholeClasses) {

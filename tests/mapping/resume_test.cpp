@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <optional>
 
+#include "panoptic/base/compression.h"
 #include "panoptic/base/files.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/map/block_pager.h"
-#include "panoptic/mapfile/compression.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/map_writer.h"
 #include "panoptic/mapfile/run_notes.h"
@@ -33,7 +33,11 @@ using testing::HasSubstr;
 constexpr int kFrames = 24;
 
 // Pose, labels and numbers of segments waver as those of networks do.
-Frame rendered(int i) { return test::two_balls(0.1 * i, 5 * i); }
+Frame rendered(int i) {
+  Frame frame = test::two_balls(0.1 * i, 5 * i);
+  frame.time_s = 0.1 * i;
+  return frame;
+}
 
 const Frame& frame_at(int i) {
   static const std::vector<Frame> kAll = [] {

@@ -20,8 +20,9 @@ class LabelClass:
     color: Tuple[int, int, int]
     max_size_m: float
     is_support: bool
+    is_mobile: bool
     def __init__(self, id: int, name: str, is_thing: bool = ..., color: Tuple[int, int, int] = ..., max_size_m: float = ...,
-                 is_support: bool = ...) -> None: ...
+                 is_support: bool = ..., is_mobile: bool = ...) -> None: ...
 
 class LabelSet:
     name: str

@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/mapfile/sqlite.h"
+#include "panoptic/base/sqlite.h"
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+
+#include <algorithm>
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
@@ -14,7 +16,7 @@ namespace {
 constexpr int kMostBytesOfValue = 1 << 29;
 constexpr int kPatience_ms = 5000;  // while another process writes
 
-std::string_view remedy_for(int code) {
+std::string remedy_for(int code, const std::string& kind) {
   switch (code & 0xFF) {
     case SQLITE_FULL:
       return "free space on the disk";
@@ -32,7 +34,7 @@ std::string_view remedy_for(int code) {
     case SQLITE_NOMEM:
       return "there is not enough memory";
     default:
-      return "the file is damaged or no map: use another copy";
+      return fmt::format("the file is damaged or no {}: use another copy", kind == "map file" ? "map" : kind);
   }
 }
 
@@ -81,7 +83,7 @@ int refused_with(sqlite3* handle, int code) {
 
 void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
 
-Database::Database(const std::filesystem::path& path, DatabaseAccess access) : path_(path) {
+Database::Database(const std::filesystem::path& path, DatabaseAccess access, std::string_view kind) : path_(path), kind_(kind) {
   const bool in_memory = path == ":memory:";
   if (access == DatabaseAccess::kCreate && !in_memory && is_there(path)) {
     throw Error(fmt::format("{} is there already; choose another name or remove it", path.string()));
@@ -103,8 +105,8 @@ void Database::fail() const {
   const char* words = sqlite3_errmsg(handle_.get());
   require_disk(words);
   const int reason = refused_with(handle_.get(), code);
-  throw Error(fmt::format("map file {}: {}{}; {}", path_.string(), words,
-                          reason != 0 ? fmt::format(" ({})", os::reason(reason)) : "", remedy_for(code)));
+  throw Error(fmt::format("{} {}: {}{}; {}", kind_, path_.string(), words,
+                          reason != 0 ? fmt::format(" ({})", os::reason(reason)) : "", remedy_for(code, kind_)));
 }
 
 // SQLite takes a page that the disk would not give for a damaged one, and would have the user throw a good file away.
@@ -112,10 +114,10 @@ void Database::require_disk(std::string_view words) const {
   const int reason = disk_errno(handle_.get());
   if (reason == 0) return;
   throw FileError(
-      fmt::format("map file {}: {} ({}); check the disk and the space on it", path_.string(), words, os::reason(reason)));
+      fmt::format("{} {}: {} ({}); check the disk and the space on it", kind_, path_.string(), words, os::reason(reason)));
 }
 
-void Database::refuse(std::string_view what) const { throw Error(fmt::format("map file {}: {}", path_.string(), what)); }
+void Database::refuse(std::string_view what) const { throw Error(fmt::format("{} {}: {}", kind_, path_.string(), what)); }
 
 void Database::execute(const char* sql) {
   if (sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail();
@@ -131,6 +133,18 @@ std::string Database::text(const char* sql) {
   Statement statement(*this, sql);
   if (!statement.step()) refuse("a value is missing; the file is damaged: use another copy");
   return std::string(statement.text(0));
+}
+
+std::optional<std::vector<std::uint8_t>> Database::blob(const char* table, const char* column, std::int64_t row,
+                                                        std::size_t at_most) const {
+  sqlite3_blob* opened = nullptr;
+  const int code = sqlite3_blob_open(handle_.get(), "main", table, column, row, 0, &opened);
+  const std::unique_ptr<sqlite3_blob, decltype(&sqlite3_blob_close)> blob(opened, &sqlite3_blob_close);
+  if (code == SQLITE_ERROR) return std::nullopt;
+  if (code != SQLITE_OK) fail();
+  std::vector<std::uint8_t> bytes(std::min(at_most, static_cast<std::size_t>(sqlite3_blob_bytes(opened))));
+  if (sqlite3_blob_read(opened, bytes.data(), static_cast<int>(bytes.size()), 0) != SQLITE_OK) fail();
+  return bytes;
 }
 
 void Statement::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }

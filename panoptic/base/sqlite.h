@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -22,14 +23,17 @@ enum class DatabaseAccess { kRead, kWrite, kCreate };  // kCreate: fails if ther
 // One thread at a time.
 class Database {
  public:
-  // ":memory:" is a database of its own.
-  Database(const std::filesystem::path& path, DatabaseAccess access);
+  // ":memory:" is a database of its own. `kind` is what the file is to its user, for messages.
+  Database(const std::filesystem::path& path, DatabaseAccess access, std::string_view kind = "map file");
   ~Database() = default;
 
   const std::filesystem::path& path() const { return path_; }
   void execute(const char* sql);          // several statements without parameters and results
   std::int64_t integer(const char* sql);  // the one value that it gives
   std::string text(const char* sql);
+  // The first bytes of a blob, without reading the rest; nothing if there is no such row, or no blob in it.
+  std::optional<std::vector<std::uint8_t>> blob(const char* table, const char* column, std::int64_t row,
+                                                std::size_t at_most) const;
   sqlite3* handle() const { return handle_.get(); }
 
   // Throws an Error with the reason why the last call on the connection failed.
@@ -45,6 +49,7 @@ class Database {
     void operator()(sqlite3* handle) const;
   };
   std::filesystem::path path_;
+  std::string kind_;
   std::unique_ptr<sqlite3, Close> handle_;
 };
 

@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/mapfile/compression.h"
+#include "panoptic/base/compression.h"
 
 #include <zstd.h>
 
+#include <memory>
 #include <new>
 #include <string>
 
+#include "panoptic/base/unpacking.h"
 #include "panoptic/error.h"
 
 namespace panoptic {
@@ -67,6 +69,29 @@ Decompressor::~Decompressor() { ZSTD_freeDCtx(state_->context); }
 std::size_t Decompressor::decompress(std::span<const std::uint8_t> frame, std::span<std::uint8_t> to) {
   const std::size_t size = ZSTD_decompressDCtx(state_->context, to.data(), to.size(), frame.data(), frame.size());
   return ZSTD_isError(size) != 0 ? kDamaged : size;
+}
+
+std::optional<std::size_t> zstd_size(PackedBytes packed) {
+  const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN) return std::nullopt;
+  return size;
+}
+
+UnpackedBytes unpacked_zstd(PackedBytes packed, std::size_t size) {
+  const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
+  if (context == nullptr) throw std::bad_alloc();
+  constexpr int kMostWindow = 27;  // 128 MiB of working memory at most
+  ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kMostWindow);
+  ZSTD_inBuffer in{packed.data(), packed.size(), 0};
+  return unpacked_in_steps(packed.size(), size, [&](std::span<std::uint8_t> to, std::size_t& filled) {
+    const std::size_t before = in.pos;
+    ZSTD_outBuffer out{to.data(), to.size(), 0};
+    const std::size_t left = ZSTD_decompressStream(context.get(), &out, &in);
+    if (ZSTD_isError(left) != 0) return Unpacking::kDamaged;
+    filled = out.pos;
+    if (left == 0 && in.pos == in.size) return Unpacking::kDone;
+    return in.pos == before && filled == 0 ? Unpacking::kDamaged : Unpacking::kGoesOn;
+  });
 }
 
 }  // namespace panoptic

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Tells which objects are gone, which came, and which were moved.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "panoptic/map.h"
+#include "panoptic/map/frame_votes.h"
+#include "panoptic/map/presence_state.h"
+
+namespace panoptic {
+
+// An object is gone if half of its surface and more was looked through (fusion/carving.h), has no surface again, and no network
+// has seen it since; then all that is left of it is cleared. An object came if more than half of its surface lies where there was
+// free space for certain. It was moved if one of its class and about its size is gone. Not thread-safe.
+class ObjectPresence {
+ public:
+  // Voxels of a brick are about to be cleared.
+  void looks_through(Slot slot, int brick, std::uint64_t voxels, std::int64_t frame, const PanopticMap& map);
+  void came_up(std::span<const CellIndex> cells, std::int64_t frame);
+  // Cells of free space that something is in, ascending; `time` counts the used frames before this one. Returns those that it has
+  // been in for two seconds: it is furniture.
+  std::vector<CellIndex> settled(std::span<const CellIndex> cells, std::uint64_t time);
+
+  struct Now {
+    std::int64_t frame = 0;
+    std::uint64_t min_observations = 1;  // objects that were seen less often were never there
+  };
+  // Between frames, and before objects without voxels are forgotten: puts down which are gone, and clears what is left of them.
+  void find_gone(const Now& now, FrameVotes& votes, PanopticMap& map);
+  // At the end: which came, and which of those are the ones that are gone.
+  void find_arrivals(PanopticMap& map) const;
+
+  const PresenceState& state() const { return state_; }
+  void restore(PresenceState state) { state_ = std::move(state); }
+
+ private:
+  bool has_news() const;
+  std::map<PanopticId, LostSurface> still_lost(const PanopticMap& map) const;
+
+  PresenceState state_;
+};
+
+}  // namespace panoptic

@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "panoptic/objects/presence.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "panoptic/map/space_cells.h"
+#include "tests/objects/maintained_world.h"
+
+namespace panoptic {
+namespace {
+
+using test::kChair;
+using test::kSofa;
+using test::solid_box;
+using test::stuff;
+using test::World;
+
+constexpr ObjectPresence::Now kNow{100, 6};
+
+struct Room : World {
+  ObjectPresence presence;
+
+  // Looks through the voxels of an object on this side of x, in frame 50.
+  void look_through(LabelSlot label, double up_to_x_m) {
+    for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
+      const VoxelIndex first = first_voxel(map.voxels.index_of(slot));
+      for (int b = 0; b < kBlockBricks; ++b) {
+        std::uint64_t voxels = 0;
+        const Brick& brick = map.voxels.block(slot).brick(b);
+        for (int v = 0; v < kBrickVoxels; ++v) {
+          const VoxelIndex at = voxel_at(first, offset_in_block(b, v));
+          const bool is_own = (brick.stored() >> v & 1) != 0 && brick.label(v) == number(label);
+          if (is_own && center_m(at, map.voxels.voxel_size_m()).x() < up_to_x_m) voxels |= std::uint64_t{1} << v;
+        }
+        if (voxels == 0) continue;
+        presence.looks_through(slot, b, voxels, 50, map);
+        map.voxels.block(slot).forget(b, voxels);
+      }
+    }
+  }
+};
+
+TEST(ObjectPresence, AnObjectIsGoneWhenMoreThanHalfOfItWasLookedThrough) {
+  Room room;
+  const LabelSlot chair = room.seen(kChair);
+  const PanopticId id = room.map.objects.id_of(chair);
+  add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
+  room.look_through(chair, -0.2);
+  room.presence.find_gone(kNow, room.votes, room.map);
+  EXPECT_TRUE(room.map.history.past.empty()) << "a third of it";
+  EXPECT_GT(room.count(chair), 0U);
+  room.look_through(chair, 0.2);
+  room.presence.find_gone(kNow, room.votes, room.map);
+  ASSERT_EQ(room.map.history.past.size(), 1U);
+  const PastObject& past = room.map.history.past[0];
+  EXPECT_EQ(past.id, id);
+  EXPECT_EQ(past.class_id, kChair);
+  EXPECT_EQ(past.gone_frame, 100);
+  EXPECT_EQ(past.observations, 20U);
+  EXPECT_NEAR(past.box.min_m.x(), -0.5, 0.06);
+  EXPECT_NEAR(past.box.max_m.x(), 0.5, 0.06);
+  EXPECT_EQ(room.count(chair), 0U) << "what was left of it is cleared";
+}
+
+TEST(ObjectPresence, WhatANetworkSeesSinceIsNotGone) {
+  Room room;
+  const LabelSlot chair = room.seen(kChair);
+  add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
+  room.look_through(chair, 0.3);
+  room.map.objects.observe(chair, {kChair, 0.9F, {}}, 60);
+  room.presence.find_gone(kNow, room.votes, room.map);
+  EXPECT_TRUE(room.map.history.past.empty());
+  EXPECT_GT(room.count(chair), 0U);
+}
+
+TEST(ObjectPresence, WhatHasASurfaceAgainIsNotGone) {
+  Room room;
+  const LabelSlot chair = room.seen(kChair);
+  const std::vector<test::Solid> solids = {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)};
+  add_to(room, solids);
+  room.look_through(chair, 1);
+  EXPECT_EQ(room.count(chair), 0U);
+  add_to(room, solids);
+  room.presence.find_gone(kNow, room.votes, room.map);
+  EXPECT_TRUE(room.map.history.past.empty());
+}
+
+TEST(ObjectPresence, WhatWasHardlyEverSeenWasNeverThere) {
+  Room room;
+  const LabelSlot chair = room.seen(kChair, 3);
+  add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
+  room.look_through(chair, 1);
+  room.presence.find_gone(kNow, room.votes, room.map);
+  EXPECT_TRUE(room.map.history.past.empty());
+}
+
+// Every cell around a box was free once.
+void come_up(Room& room, const Vec3d& low_m, const Vec3d& high_m) {
+  const double cell_m = 4 * double{room.map.voxels.voxel_size_m()};
+  std::vector<CellIndex> cells;
+  for (double x = low_m.x() - cell_m; x < high_m.x() + cell_m; x += cell_m) {
+    for (double y = low_m.y() - cell_m; y < high_m.y() + cell_m; y += cell_m) {
+      for (double z = low_m.z() - cell_m; z < high_m.z() + cell_m; z += cell_m) {
+        cells.push_back(*room.map.free_space.cell_around({x, y, z}));
+      }
+    }
+  }
+  room.presence.came_up(cells, 70);
+}
+
+TEST(ObjectPresence, WhatStaysInACellForTwoSecondsHasSettled) {
+  ObjectPresence presence;
+  const std::vector<CellIndex> stays = {{1, 2, 3}};
+  const std::vector<CellIndex> both = {{1, 2, 3}, {4, 5, 6}};
+  for (std::uint64_t time = 100; time < 160; ++time) {
+    EXPECT_TRUE(presence.settled(time % 25 == 0 ? both : stays, time).empty()) << "the other one comes back too seldom";
+  }
+  EXPECT_EQ(presence.settled(both, 160), stays);
+  EXPECT_EQ(presence.settled(both, 165), stays) << "a short gap";
+  EXPECT_TRUE(presence.settled(stays, 180).empty()) << "it had left";
+  EXPECT_TRUE(presence.settled({}, 300).empty());
+  EXPECT_TRUE(presence.state().stays.empty());
+}
+
+TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize) {
+  for (const auto& [class_id, height_m, moved] :
+       {std::tuple(kChair, 0.4, true), std::tuple(kSofa, 0.4, false), std::tuple(kChair, 1.1, false)}) {
+    Room room;
+    const LabelSlot before = room.seen(kChair);
+    const LabelSlot after = room.seen(class_id);
+    const LabelSlot other = room.seen(kChair);
+    const PanopticId id = room.map.objects.id_of(before);
+    const Vec3d low(0.4, -0.2, 0);
+    const Vec3d high(0.8, 0.2, height_m);
+    add_to(room, {solid_box({-0.9, -0.2, 0}, {-0.5, 0.2, 0.4}, before), solid_box(low, high, after),
+                  solid_box({-0.2, 0.5, 0}, {0.2, 0.8, 0.4}, other)});
+    room.look_through(before, 1);
+    come_up(room, low, high);
+    room.presence.find_gone(kNow, room.votes, room.map);
+    room.presence.find_arrivals(room.map);
+    ASSERT_EQ(room.map.history.past.size(), 1U);
+    ASSERT_EQ(room.map.history.arrivals.size(), 1U) << "the other one was always there";
+    const auto& [came, arrival] = *room.map.history.arrivals.begin();
+    EXPECT_EQ(came, room.map.objects.id_of(after));
+    EXPECT_EQ(arrival.moved_from, moved ? id : PanopticId::kUnknown);
+    EXPECT_EQ(room.map.history.past[0].moved_to, moved ? came : PanopticId::kUnknown);
+    if (moved) {
+      EXPECT_GT(arrival.confidence, 0.6);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace panoptic
