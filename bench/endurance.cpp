@@ -6,6 +6,7 @@
 #include "bench/stage_clock.h"
 #include "panoptic/error.h"
 #include "panoptic/frame_statistics.h"
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "panoptic/profile.h"
 #include "panoptic/run_outputs.h"

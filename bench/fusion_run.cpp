@@ -9,6 +9,7 @@
 #include "bench/process_memory.h"
 #include "bench/stage_clock.h"
 #include "panoptic/error.h"
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "panoptic/meshing/mesher.h"
 #include "panoptic/outputs.h"

@@ -5,6 +5,7 @@
 //   01_map_a_recording OPTIONS.toml RECORDING SCENE.glb
 // The options name the label set and the networks: `labels = "indoor"`, `[networks]`, `semantic = "....toml"`, `instance =
 // "....toml"`.
+#include <panoptic/map.h>
 #include <panoptic/panoptic.h>
 
 #include <cstdio>

@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
 """Fails if a folder of panoptic/ or a header of include/panoptic/ includes what panoptic/LAYERS does not allow it, or the
-operating system's headers anywhere but in its seam.
+operating system's headers anywhere but in its seam; or if the umbrella header brings a user too much.
 
 Usage: check_layers.py [ROOT]"""
 import pathlib
@@ -12,6 +12,7 @@ import sys
 SYSTEM = re.compile(r"\s*#\s*include\s*<(unistd\.h|fcntl\.h|sys/[^>]*)>")
 SYSTEM_SEAM = ("base/os.cpp", "base/child_process.cpp")  # the files that call the operating system
 UMBRELLA = "panoptic.h"  # includes public headers of every folder, and nobody in panoptic/ includes it
+MOST_LINES = 1500  # of ours that the umbrella brings
 
 
 class Layers:
@@ -87,10 +88,24 @@ def public_errors(root, layers):
                 yield f"{path}:{number}: '{folder}' may not include '{layers.folder_of(included)}' (panoptic/LAYERS)"
 
 
+def umbrella_errors(root):
+    folder = root / "include/panoptic"
+    seen, todo = set(), [UMBRELLA]
+    while todo:
+        name = todo.pop()
+        if name in seen or not (folder / name).is_file():
+            continue
+        seen.add(name)
+        todo += [included.removeprefix("panoptic/") for _, included in includes(folder / name)]
+    lines = sum(len((folder / name).read_text().splitlines()) for name in seen)
+    if lines >= MOST_LINES:
+        yield f"{folder / UMBRELLA}: brings {lines} lines of {len(seen)} headers; fewer than {MOST_LINES} are allowed"
+
+
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent)
     layers = Layers((root / "panoptic/LAYERS").read_text())
-    errors = [*internal_errors(root, layers), *public_errors(root, layers), *system_errors(root)]
+    errors = [*internal_errors(root, layers), *public_errors(root, layers), *system_errors(root), *umbrella_errors(root)]
     print("\n".join(errors) or f"layers: {len(layers.allowed)} folders, {len(layers.public)} public headers, no findings",
           file=sys.stderr if errors else sys.stdout)
     return 1 if errors else 0

@@ -143,6 +143,9 @@ void add_map_file(CLI::App& run, Arguments& a) {
   constexpr double kLongest_s = 1e6;
   CLI::Option* map = run.add_option("--map", a.map, "map file to save to, every few seconds and at the end; must not exist");
   run.add_flag("--resume", a.resume, "go on from the map file, if it exists; not with --online")->needs(map);
+  run.add_option("--in", a.earlier_map,
+                 "saved map of the same place, of an earlier run --map: the recording is a further visit (docs/moving.md)")
+      ->needs(map);
   run.add_flag("--track", a.track, "find out where the camera is; the recording's poses are not used (docs/tracking.md)");
   run.add_option("--pose-updates", a.pose_updates,
                  "corrections of poses by the SLAM system, a line of JSON for each moment (docs/maps.md); the map follows");

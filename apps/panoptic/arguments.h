@@ -48,8 +48,9 @@ struct Arguments {
   bool no_pictures = false;
   std::optional<double> speed;  // 0 = as fast as possible
   bool view = false;
-  std::string map;        // map file: to keep up to date, or to look at
-  std::string other_map;  // merge, diff: the second one
+  std::string map;          // map file: to keep up to date, or to look at
+  std::string other_map;    // merge, diff: the second one
+  std::string earlier_map;  // --in
   bool resume = false;
   std::string pose_updates;
   bool track = false;

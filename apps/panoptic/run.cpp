@@ -16,6 +16,7 @@
 #include "panoptic/bag.h"
 #include "panoptic/base/files.h"
 #include "panoptic/frame_statistics.h"
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/checkpoint.h"
 #include "panoptic/mapping/mapping_run.h"
@@ -110,19 +111,18 @@ void print_closing(const Mapper& mapper, const RunSummary& summary, const std::s
   fmt::print("\nlook at   {1}{0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output, pictures);
 }
 
-std::string absolute_path(const std::string& path) {
-  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
-}
-
-// Where explain finds the recording again, from whatever folder it is started.
-std::string absolute_recording(const std::string& recording) {
-  return recording.starts_with("sim:") ? recording : absolute_path(recording);
+// The map that the run begins with.
+std::optional<EarlierMap> earlier_map(const Arguments& arguments, const RunSummary& summary) {
+  if (arguments.earlier_map.empty()) return std::nullopt;
+  EarlierMap earlier{arguments.earlier_map, 0};
+  for (std::size_t i = 0; i + 1 < summary.recordings.size(); ++i) earlier.positions += summary.recordings[i].frames;
+  return earlier;
 }
 
 std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Options& options, const RunSummary& summary,
                                            bool is_tracked, Mapper& mapper) {
   if (arguments.map.empty()) return nullptr;
-  CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume};
+  CheckpointSettings settings{.path = arguments.map, .resume = arguments.resume, .earlier = earlier_map(arguments, summary)};
   settings.every_s = arguments.checkpoint_every_s.value_or(settings.every_s);
   settings.warn = [](const std::string& what) { tell(fmt::format("\n{}\n", what)); };
   const RunIdentity identity{summary.recording,
@@ -132,7 +132,7 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
                              arguments.online,
                              summary.pair_tolerance_s,
                              to_text(summary.recordings),
-                             absolute_path(arguments.pose_updates),
+                             absolute_recording(arguments.pose_updates),
                              is_tracked};
   auto checkpoints = std::make_unique<Checkpoints>(std::move(settings), identity, mapper);
   if (checkpoints->was_complete()) {
@@ -142,6 +142,14 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
   }
   std::fflush(stdout);
   return checkpoints;
+}
+
+// Where to ask what has changed since the earlier visits.
+void tell_changes(const Arguments& arguments, const RunSummary& summary, const Checkpoints* checkpoints) {
+  const auto earlier = earlier_map(arguments, summary);
+  if (!earlier || earlier->positions == 0) return;
+  fmt::print("changes   panoptic query {} --changes-since {:.3f}\n", arguments.map,
+             checkpoints->resumed_frames()[earlier->positions - 1].time_s);
 }
 
 // A map without surface, or without a label although labels were asked for.
@@ -231,6 +239,11 @@ RunSummary summary_of(const Arguments& arguments, const Dataset& dataset) {
 
 }  // namespace
 
+std::string absolute_recording(const std::string& recording) {
+  return recording.empty() || recording.starts_with("sim:") ? recording
+                                                            : std::filesystem::absolute(recording).lexically_normal().string();
+}
+
 std::string networks_text(const NetworkOptions& o) {
   std::vector<std::string> names = o.semantic;
   if (!o.instance.empty()) names.push_back(o.instance);
@@ -272,6 +285,10 @@ void require_possible(const Arguments& arguments) {
   if (arguments.online && !arguments.write_moving.empty()) {
     throw UsageError("--write-moving is for runs without --online: what moves there is known when the frame is gone");
   }
+  if (!arguments.earlier_map.empty() &&
+      (arguments.online || arguments.track || !arguments.frames.empty() || !arguments.pose_updates.empty())) {
+    throw UsageError("--in does not go with --online, --track, --frames or --pose-updates");
+  }
   if (arguments.track && (arguments.online || arguments.resume || !arguments.pose_updates.empty())) {
     throw UsageError("--track does not go with --online, --resume or --pose-updates");
   }
@@ -291,8 +308,9 @@ void add_result(RunSummary& summary, const MappingResult& result) {
   summary.tracking = result.tracking;
 }
 
-int run(const Arguments& arguments) {
-  require_possible(arguments);
+namespace {
+
+int map_recording(const Arguments& arguments) {
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
   const std::vector<PoseUpdates> pose_updates = pose_updates_from(arguments);
@@ -345,9 +363,17 @@ int run(const Arguments& arguments) {
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);
   const PredictorReport report = closing_report(predictor.get());
   const int code = conclude(arguments, mapper, summary, result);
+  tell_changes(arguments, summary, checkpoints.get());
   if (viewer) viewer->finish([] { return !interrupted(); });
   if (code == kDone) require_sense(report, written, summary, mapper.frames().used(), arguments);
   return code;
+}
+
+}  // namespace
+
+int run(const Arguments& arguments) {
+  require_possible(arguments);
+  return map_recording(arguments.earlier_map.empty() ? arguments : with_earlier_visits(arguments));
 }
 
 }  // namespace panoptic

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "bindings/python/bind.h"
+#include "panoptic/map.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapper.h"
 #include "panoptic/options.h"

@@ -8,6 +8,7 @@
 
 #include "bindings/python/mapper.h"
 #include "bindings/python/predictors.h"
+#include "panoptic/map.h"
 #include "panoptic/online.h"
 
 namespace panoptic::python {

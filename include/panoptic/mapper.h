@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "panoptic/frame.h"
-#include "panoptic/map.h"
+#include "panoptic/labels.h"
 #include "panoptic/mesh.h"
 #include "panoptic/options.h"
 #include "panoptic/outcome.h"
@@ -22,6 +22,7 @@ namespace panoptic {
 
 class FrameStatistics;
 class MapperParts;
+struct PanopticMap;  // map.h
 class Profile;
 
 // Memory grows with the mapped volume and the number of objects, and by some 15 kB a frame with map.log (FrameLog). Not

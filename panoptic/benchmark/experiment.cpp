@@ -13,6 +13,7 @@
 #include "panoptic/eval/benchmark_classes.h"
 #include "panoptic/eval/instance_ap.h"
 #include "panoptic/evaluation.h"
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "panoptic/profile.h"
 #include "panoptic/sim/ground_truth.h"

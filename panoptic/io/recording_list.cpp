@@ -95,6 +95,22 @@ std::vector<ListedRecording> read_recording_list(const fs::path& path) {
   return listed;
 }
 
+std::string to_toml(const std::vector<ListedRecording>& recordings) {
+  std::string text;
+  for (const ListedRecording& r : recordings) {
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r.world_from_recording.linear();
+    const Vec3d translation = r.world_from_recording.translation();
+    Entry entry{r.recording,
+                r.calibration,
+                r.pair_tolerance_s,
+                r.predictions,
+                {rotation.data(), rotation.data() + rotation.size()},
+                {translation.data(), translation.data() + translation.size()}};
+    text += "[[recording]]\n" + to_toml(fields(entry)) + "\n";
+  }
+  return text;
+}
+
 RecordingList::RecordingList(const fs::path& path, const OpenListed& open) {
   for (ListedRecording& listed : read_recording_list(path)) {
     try {

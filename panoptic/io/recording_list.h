@@ -33,6 +33,9 @@ bool is_recording_list(const std::filesystem::path& path);
 // Throws Error naming file, line and remedy; the recordings are not opened.
 std::vector<ListedRecording> read_recording_list(const std::filesystem::path& path);
 
+// The text of a list file of these, which read_recording_list takes back wherever the file lies.
+std::string to_toml(const std::vector<ListedRecording>& recordings);
+
 using OpenListed = std::function<std::unique_ptr<Dataset>(const ListedRecording&)>;
 
 // The recordings one after the other. Frames keep the numbers of their recording, those of each but the first behind the last

@@ -99,6 +99,22 @@ void require_same_run(const std::filesystem::path& path, const SavedMap& saved, 
   }
 }
 
+void require_same_map(const std::filesystem::path& path, const SavedMap& saved, const MapOptions& map, const LabelSet& labels) {
+  Options before;
+  Options now;
+  before.map = options_of(saved).map;
+  now.map = map;
+  if (const auto [a, b] = first_difference(options_text(before), options_text(now)); a != b) {
+    throw Error(
+        fmt::format("{} has another kind of map: there it says '{}', here '{}'; map with the options that it was made with",
+                    path.string(), a, b));
+  }
+  if (!same_labels(saved.map.labels, labels)) {
+    throw Error(fmt::format("{} has the label set '{}', which is not '{}' as it is now: map with that one", path.string(),
+                            saved.map.labels.name(), labels.name()));
+  }
+}
+
 }  // namespace
 
 // A checkpoint that is being written.
@@ -165,6 +181,7 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
     resume(identity, mapper);
     return;
   }
+  if (settings_.earlier) begin_with(*settings_.earlier, identity, mapper);
   // With all that resuming needs from the first moment: the process may be killed at any.
   pending_ = copy(mapper, false);
   const MapHeader header{identity.options.map, mapper.map().labels};
@@ -177,22 +194,43 @@ void Checkpoints::resume(const RunIdentity& identity, Mapper& mapper) {
   SavedMap saved = load_map(settings_.path, identity.options.map);
   require_resumable(settings_.path, saved, identity);
   require_same_run(settings_.path, saved, identity, mapper.map().labels);
-  resumed_frames_ = load_frames(settings_.path);
-  positions_ = resumed_frames_.size();
-  if (positions_ > 0 && static_cast<std::uint64_t>(resumed_frames_.back().position) + 1 != positions_) {
-    throw Error(fmt::format("{} lacks frames; the file is damaged: use another copy", settings_.path.string()));
-  }
+  MapperState state = load_state(settings_.path, saved);
   was_complete_ = is_complete(saved);
-  MapperState state = mapper_state(saved, resumed_frames_, load_log(settings_.path));
-  const std::optional<SpaceView>& last_view = saved.map.free_space.last_view();
-  if (last_view && last_view->time >= state.frames.used()) {
-    throw Error(fmt::format("{} lacks frames that its free space was seen from; the file is damaged: use another copy",
-                            settings_.path.string()));
-  }
   writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
   saved_epoch_ = saved.map.voxels.epoch();
   mapper.parts().restore(std::move(saved.map), std::move(state));
   saved_log_ = mapper.parts().log().clock();
+}
+
+// All of it is new to the file that is made.
+void Checkpoints::begin_with(const EarlierMap& earlier, const RunIdentity& identity, Mapper& mapper) {
+  const MapLock lock(earlier.path);
+  SavedMap saved = load_map(earlier.path, identity.options.map);
+  require_resumable(earlier.path, saved, identity);
+  require_same_map(earlier.path, saved, identity.options.map, mapper.map().labels);
+  MapperState state = load_state(earlier.path, saved);
+  if (positions_ != earlier.positions) {
+    throw Error(fmt::format("{} was made of {} frames, and its recordings have {} now: put back what it was made of",
+                            earlier.path.string(), positions_, earlier.positions));
+  }
+  mapper.parts().restore(std::move(saved.map), std::move(state));
+  frames_ = resumed_frames_;
+}
+
+// Takes in the frames of a file, and gives the state of the mapper that it holds.
+MapperState Checkpoints::load_state(const std::filesystem::path& path, const SavedMap& saved) {
+  resumed_frames_ = load_frames(path);
+  positions_ = resumed_frames_.size();
+  if (positions_ > 0 && static_cast<std::uint64_t>(resumed_frames_.back().position) + 1 != positions_) {
+    throw Error(fmt::format("{} lacks frames; the file is damaged: use another copy", path.string()));
+  }
+  MapperState state = mapper_state(saved, resumed_frames_, load_log(path));
+  const std::optional<SpaceView>& last_view = saved.map.free_space.last_view();
+  if (last_view && last_view->time >= state.frames.used()) {
+    throw Error(
+        fmt::format("{} lacks frames that its free space was seen from; the file is damaged: use another copy", path.string()));
+  }
+  return state;
 }
 
 Checkpoints::~Checkpoints() {

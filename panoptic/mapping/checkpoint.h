@@ -23,6 +23,8 @@
 
 namespace panoptic {
 
+struct MapperState;
+
 // Everything that decides what the map of a run becomes. A run is resumed only if all of it is as it was.
 struct RunIdentity {
   std::string recording;    // as RunSummary
@@ -45,9 +47,16 @@ std::string options_text(Options options);
 // The record of a frame that was handed to a mapper, without its position.
 FrameRecord record_of(const Frame& frame, bool labelled, const Outcome& outcome);
 
+// A complete map file of the first recordings of the list that is mapped (visits.h). It stays as it is.
+struct EarlierMap {
+  std::filesystem::path path;
+  std::size_t positions = 0;  // that these recordings have
+};
+
 struct CheckpointSettings {
   std::filesystem::path path;
-  bool resume = false;  // goes on from the file if there is one; else there must be none
+  bool resume = false;                     // goes on from the file if there is one; else there must be none
+  std::optional<EarlierMap> earlier = {};  // what a new file begins with; nothing: an empty map
   double every_s = 5;
   std::function<void(const std::string&)> warn = [](const std::string&) {};  // from the thread that calls after_frame
 };
@@ -56,8 +65,8 @@ struct CheckpointSettings {
 // that could. Use from the thread that the mapper belongs to.
 class Checkpoints {
  public:
-  // Makes the file, or brings the mapper to where the file is. Throws Error: there is a file already, it is of another run, it
-  // is damaged, another process writes it.
+  // Makes the file, or brings the mapper to where the file (or the earlier one) is. Throws Error: there is a file already, it is
+  // of another run, it is damaged, another process writes it.
   Checkpoints(CheckpointSettings settings, const RunIdentity& identity, Mapper& mapper);
   ~Checkpoints();
   Checkpoints(const Checkpoints&) = delete;
@@ -83,6 +92,8 @@ class Checkpoints {
   struct Pending;
 
   void resume(const RunIdentity& identity, Mapper& mapper);
+  void begin_with(const EarlierMap& earlier, const RunIdentity& identity, Mapper& mapper);
+  MapperState load_state(const std::filesystem::path& path, const SavedMap& saved);
   std::unique_ptr<Pending> copy(const Mapper& mapper, bool complete);
   void collect();
   bool is_writing() const { return writing_.valid(); }

@@ -18,6 +18,7 @@
 #include "panoptic/fusion/motion_mask.h"
 #include "panoptic/fusion/registration.h"
 #include "panoptic/fusion/space_observer.h"
+#include "panoptic/map.h"
 #include "panoptic/map/frame_log.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapper.h"

@@ -52,7 +52,9 @@ MappedRecording mapped_recording(const std::filesystem::path& map) {
   const SavedMap saved = load_map(map);
   MappedRecording mapped{note_or_empty(saved, run_note::kRecording), note_or_empty(saved, run_note::kCalibration), {}, {}};
   const std::string range = note_or_empty(saved, run_note::kFrames);
-  if (!range.empty()) mapped.range = parse_frame_range(range);
+  mapped.is_part = !range.empty();
+  mapped.complete = is_complete(saved);
+  if (mapped.is_part) mapped.range = parse_frame_range(range);
   if (mapped.recording.empty()) throw Error(fmt::format("{} does not say of which recording it was made", map.string()));
   const std::string tolerance = note_or_empty(saved, run_note::kPairTolerance);
   double value = 0;

@@ -20,7 +20,9 @@ struct MappedRecording {
   std::string recording;    // what open_dataset takes
   std::string calibration;  // empty: none
   std::optional<double> pair_tolerance_s;
-  FrameRange range;  // of its positions, which the run read
+  FrameRange range;      // of its positions, which the run read
+  bool is_part = false;  // that range was asked for
+  bool complete = true;  // the run came to its end
 };
 // Throws Error: no sound map, or one that was not made by a run.
 MappedRecording mapped_recording(const std::filesystem::path& map);

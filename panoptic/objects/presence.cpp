@@ -42,6 +42,30 @@ LabelExtent extent_of(const LostSurface& lost) {
   return extent;
 }
 
+// Two views from different places looked through the voxel, and none has seen a surface there since.
+bool is_doubted(const FreeSpaceMap& space, const CellIndex& cell, int voxel) {
+  const Doubt* doubt = space.doubt(cell);
+  return doubt != nullptr && ((doubt->count[1] | doubt->count[2]) >> voxel & 1) != 0;
+}
+
+// Surface that is still in the map although it lies where views see nothing: in a cell that is free, or doubted.
+std::map<LabelSlot, std::uint64_t> surface_seen_empty(const PanopticMap& map) {
+  std::map<LabelSlot, std::uint64_t> empty;
+  for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
+    const BlockIndex index = map.voxels.index_of(slot);
+    const SpaceChunk::Cells* cells = map.free_space.cells_of(index);
+    if (cells == nullptr) continue;
+    visit_surface(map.voxels.block(slot), index, map.voxels.voxel_size_m(), [&](LabelSlot label, const VoxelIndex& at) {
+      if (!map.labels.is_object(label)) return;
+      const CellIndex cell{at[0] >> 2, at[1] >> 2, at[2] >> 2};
+      const int voxel = (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 3) << 4;
+      const bool is_free = space_of((*cells)[static_cast<std::size_t>(number_of(cell))]) == Space::kFree;
+      if (is_free || is_doubted(map.free_space, cell, voxel)) ++empty[label];
+    });
+  }
+  return empty;
+}
+
 // Forgets every voxel with this label.
 void clear_label(LabelSlot label, FrameVotes& votes, VoxelMap& map) {
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
@@ -130,10 +154,10 @@ std::vector<CellIndex> ObjectPresence::settled(std::span<const CellIndex> cells,
 }
 
 // To judge an object takes a look at the whole map.
-bool ObjectPresence::has_news() const {
-  constexpr double kMore = 1.25;
-  return std::any_of(state_.lost.begin(), state_.lost.end(), [](const auto& entry) {
-    return static_cast<double>(entry.second.count()) > kMore * static_cast<double>(entry.second.looked_at);
+bool ObjectPresence::has_news(bool is_last) const {
+  const double growth = is_last ? 0 : 1.25;
+  return std::any_of(state_.lost.begin(), state_.lost.end(), [&](const auto& entry) {
+    return static_cast<double>(entry.second.count()) > growth * static_cast<double>(entry.second.looked_at);
   });
 }
 
@@ -160,16 +184,19 @@ std::map<PanopticId, LostSurface> ObjectPresence::still_lost(const PanopticMap& 
 }
 
 void ObjectPresence::find_gone(const Now& now, FrameVotes& votes, PanopticMap& map) {
-  if (!has_news()) return;
+  if (!has_news(now.is_last)) return;
   state_.lost = still_lost(map);
   const LabelExtents extents = label_extents(map.voxels);
+  const std::map<LabelSlot, std::uint64_t> empty = surface_seen_empty(map);
   for (auto entry = state_.lost.begin(); entry != state_.lost.end();) {
     auto& [id, lost] = *entry;
     const Object& object = *map.objects.find(id);
     const LabelExtent gone = extent_of(lost);
     const auto held = extents.find(object.slot);
     LabelExtent whole = held == extents.end() ? LabelExtent{} : held->second;
-    if (gone.voxels < whole.voxels || gone.voxels == 0 || object.last_frame > lost.frame) {
+    const auto doubtful = empty.find(object.slot);
+    const std::uint64_t more = doubtful == empty.end() ? 0 : doubtful->second;
+    if (gone.voxels + more < whole.voxels - more || gone.voxels == 0 || object.last_frame > lost.frame) {
       lost.looked_at = gone.voxels;
       ++entry;
       continue;

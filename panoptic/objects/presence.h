@@ -15,9 +15,10 @@
 
 namespace panoptic {
 
-// An object is gone if half of its surface and more was looked through (fusion/carving.h), has no surface again, and no network
-// has seen it since; then all that is left of it is cleared. An object came if more than half of its surface lies where there was
-// free space for certain. It was moved if one of its class and about its size is gone. Not thread-safe.
+// An object is gone if half of its surface and more was looked through (fusion/carving.h) and has no surface again, or lies where
+// views see nothing, and no network has seen it since; then all that is left of it is cleared. An object came if more than half
+// of its surface lies where there was free space for certain. It was moved if one of its class and about its size is gone. Not
+// thread-safe.
 class ObjectPresence {
  public:
   // Voxels of a brick are about to be cleared.
@@ -30,6 +31,7 @@ class ObjectPresence {
   struct Now {
     std::int64_t frame = 0;
     std::uint64_t min_observations = 1;  // objects that were seen less often were never there
+    bool is_last = false;                // judges those too of which little more was looked through since
   };
   // Between frames, and before objects without voxels are forgotten: puts down which are gone, and clears what is left of them.
   void find_gone(const Now& now, FrameVotes& votes, PanopticMap& map);
@@ -40,7 +42,7 @@ class ObjectPresence {
   void restore(PresenceState state) { state_ = std::move(state); }
 
  private:
-  bool has_news() const;
+  bool has_news(bool is_last) const;
   std::map<PanopticId, LostSurface> still_lost(const PanopticMap& map) const;
 
   PresenceState state_;

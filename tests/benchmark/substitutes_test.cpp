@@ -6,6 +6,7 @@
 
 #include <set>
 
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "panoptic/sim/prediction_noise.h"
 

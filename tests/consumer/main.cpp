@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Maps one made-up frame, a wall of the first stuff class two metres away, and looks at what came out.
+#include <panoptic/map.h>
 #include <panoptic/panoptic.h>
 #include <cstdio>
 

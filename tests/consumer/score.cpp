@@ -3,6 +3,7 @@
 //
 // Maps one made-up frame, a wall two metres away, and scores the map against its own surface, said to be a wall all over.
 #include <panoptic/evaluation.h>
+#include <panoptic/map.h>
 #include <panoptic/panoptic.h>
 
 #include <cstdio>

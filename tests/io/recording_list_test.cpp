@@ -49,6 +49,30 @@ translation = [7, 0, -1]
   fs::path folder_;
 };
 
+TEST_F(List, WrittenAndReadAgainIsTheSameWhereverItLies) {
+  const std::vector<ListedRecording> before = read_recording_list(write(R"([[recording]]
+path = "a \"quoted\" name"
+pair_tolerance_s = 0.1
+[[recording]]
+path = "sim:7"
+calibration = "c.toml"
+predictions = "p"
+rotation = [0, -1, 0, 1, 0, 0, 0, 0, 1]
+translation = [7, 0.1, -1e-7]
+)"));
+  fs::create_directories(folder_ / "elsewhere");
+  write_text(folder_ / "elsewhere" / "list.toml", to_toml(before));
+  const std::vector<ListedRecording> after = read_recording_list(folder_ / "elsewhere" / "list.toml");
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_EQ(after[i].recording, before[i].recording);
+    EXPECT_EQ(after[i].calibration, before[i].calibration);
+    EXPECT_EQ(after[i].pair_tolerance_s, before[i].pair_tolerance_s);
+    EXPECT_EQ(after[i].predictions, before[i].predictions);
+    EXPECT_EQ(after[i].world_from_recording.matrix(), before[i].world_from_recording.matrix());
+  }
+}
+
 TEST_F(List, FramesKeepTheirNumbersBehindThoseOfTheRecordingBefore) {
   const auto list = open_recording(write(kTwo));
   ASSERT_EQ(list->size(), 8U);

@@ -11,6 +11,7 @@
 
 #include "panoptic/error.h"
 #include "panoptic/frame_statistics.h"
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"

@@ -5,6 +5,7 @@
 #include <atomic>
 
 #include "panoptic/frame_statistics.h"
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/online_playback.h"
 #include "panoptic/mapping/snapshot.h"

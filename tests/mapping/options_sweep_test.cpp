@@ -15,6 +15,7 @@
 #include "panoptic/base/config.h"
 #include "panoptic/error.h"
 #include "panoptic/frame_statistics.h"
+#include "panoptic/map.h"
 #include "panoptic/mapper.h"
 #include "panoptic/mapping/option_fields.h"
 #include "tests/block_planes.h"

@@ -76,6 +76,15 @@ class Checks(unittest.TestCase):
     def test_layers_refuse_a_folder_without_a_floor(self):
         self.assertIn("not in panoptic/LAYERS", self.layers_after("panoptic/extra/a.cpp", "")[1])
 
+    def test_layers_count_the_lines_that_the_umbrella_header_brings(self):
+        self.write("include/panoptic/error.h", "int a;\n" * 800)
+        self.assertEqual(self.layers_after("include/panoptic/panoptic.h", '#include "panoptic/voxels.h"\n')[0], 0)
+        self.write("include/panoptic/panoptic.h", '#include "panoptic/error.h"\n' + "int b;\n" * 699)
+        self.write("include/panoptic/error.h", "int a;\n" * 800)
+        code, text = run("check_layers.py", str(self.root))
+        self.assertEqual(code, 1)
+        self.assertIn("panoptic.h: brings 1500 lines of 2 headers", text)
+
     def test_style_accepts_a_proper_file(self):
         self.assertEqual(run("check_style.py", self.write("a.h", LICENCE + "#pragma once\n"))[0], 0)
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "panoptic/map.h"
 #include "panoptic/parallel.h"
 #include "tests/tracking/painted_room.h"
 
