@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "panoptic/map/label_extents.h"
 #include "panoptic/map/space_cells.h"
 #include "panoptic/map/voxel_grid.h"
 
@@ -30,16 +29,40 @@ VoxelIndex voxel_of(const CellIndex& brick, int voxel) {
   return {brick[0] * kBrickSide + (voxel & 3), brick[1] * kBrickSide + (voxel >> 2 & 3), brick[2] * kBrickSide + (voxel >> 4)};
 }
 
-LabelExtent extent_of(const LostSurface& lost) {
-  LabelExtent extent;
+std::vector<VoxelIndex> voxels_of(const LostSurface& lost) {
+  std::vector<VoxelIndex> all;
   for (const auto& [cell, voxels] : lost.voxels) {
-    for (std::uint64_t left = voxels; left != 0; left &= left - 1) {
-      const VoxelIndex at = voxel_of(cell, std::countr_zero(left));
-      LabelExtent one{.voxels = 1, .min = at, .max = at, .sum = {at[0], at[1], at[2]}};
-      extent.add(one);
-    }
+    for (std::uint64_t left = voxels; left != 0; left &= left - 1) all.push_back(voxel_of(cell, std::countr_zero(left)));
   }
-  return extent;
+  return all;
+}
+
+// The surface voxels with this label.
+std::vector<VoxelIndex> voxels_of(LabelSlot label, const VoxelMap& map) {
+  std::vector<VoxelIndex> all;
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    visit_surface(map.block(slot), map.index_of(slot), map.voxel_size_m(), [&](LabelSlot own, const VoxelIndex& at) {
+      if (own == label) all.push_back(at);
+    });
+  }
+  return all;
+}
+
+// The box around the voxels without the outermost fiftieth at either end of each axis: masks reach over borders now and then.
+ExtentBox trimmed_box(std::vector<VoxelIndex> voxels, double voxel_m) {
+  constexpr std::size_t kTrimmed = 50;
+  ExtentBox box;
+  const std::size_t cut = voxels.size() / kTrimmed;
+  Vec3d sum = Vec3d::Zero();
+  for (const VoxelIndex& at : voxels) sum += Vec3d(at[0], at[1], at[2]);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::sort(voxels.begin(), voxels.end(), [&](const VoxelIndex& a, const VoxelIndex& b) { return a[axis] < b[axis]; });
+    const auto a = static_cast<Eigen::Index>(axis);
+    box.min_m[a] = voxel_m * voxels[cut][axis];
+    box.max_m[a] = voxel_m * (voxels[voxels.size() - 1 - cut][axis] + 1);
+    box.center_m[a] = voxel_m * (sum[a] / static_cast<double>(voxels.size()) + 0.5);
+  }
+  return box;
 }
 
 // Two views from different places looked through the voxel, and none has seen a surface there since.
@@ -48,25 +71,30 @@ bool is_doubted(const FreeSpaceMap& space, const CellIndex& cell, int voxel) {
   return doubt != nullptr && ((doubt->count[1] | doubt->count[2]) >> voxel & 1) != 0;
 }
 
-// Surface that is still in the map although it lies where views see nothing: in a cell that is free, or doubted.
-std::map<LabelSlot, std::uint64_t> surface_seen_empty(const PanopticMap& map) {
-  std::map<LabelSlot, std::uint64_t> empty;
+struct SurfaceCount {
+  std::uint64_t all = 0;
+  std::uint64_t empty = 0;  // where views see nothing: in a cell that is free, or doubted
+};
+
+std::map<LabelSlot, SurfaceCount> count_surface(const PanopticMap& map) {
+  std::map<LabelSlot, SurfaceCount> counts;
   for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
     const BlockIndex index = map.voxels.index_of(slot);
     const SpaceChunk::Cells* cells = map.free_space.cells_of(index);
-    if (cells == nullptr) continue;
     visit_surface(map.voxels.block(slot), index, map.voxels.voxel_size_m(), [&](LabelSlot label, const VoxelIndex& at) {
       if (!map.labels.is_object(label)) return;
       const CellIndex cell{at[0] >> 2, at[1] >> 2, at[2] >> 2};
       const int voxel = (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 3) << 4;
-      const bool is_free = space_of((*cells)[static_cast<std::size_t>(number_of(cell))]) == Space::kFree;
-      if (is_free || is_doubted(map.free_space, cell, voxel)) ++empty[label];
+      const bool is_free = cells != nullptr && space_of((*cells)[static_cast<std::size_t>(number_of(cell))]) == Space::kFree;
+      SurfaceCount& count = counts[label];
+      ++count.all;
+      count.empty += is_free || is_doubted(map.free_space, cell, voxel) ? 1 : 0;
     });
   }
-  return empty;
+  return counts;
 }
 
-// Forgets every voxel with this label.
+// Forgets every voxel with this label, and what frames voted for it elsewhere: else the regularizer brought it back.
 void clear_label(LabelSlot label, FrameVotes& votes, VoxelMap& map) {
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
     bool changed = false;
@@ -84,6 +112,9 @@ void clear_label(LabelSlot label, FrameVotes& votes, VoxelMap& map) {
     }
     if (changed) map.mark_changed(slot);
   }
+  std::vector<bool> others(std::size_t{number(LabelSlot::kNoVote)} + 1, true);
+  others[number(label)] = false;
+  votes.forget_unused(others);
 }
 
 PastObject past_of(const Object& object, const ObjectRegistry& objects) {
@@ -100,6 +131,9 @@ PastObject past_of(const Object& object, const ObjectRegistry& objects) {
   return past;
 }
 
+// The smaller of two sizes as a share of the larger one.
+double share(double a, double b) { return std::min(a, b) / std::max({a, b, 1e-6}); }
+
 // How alike two boxes are, whichever way they stand: the product of the shares of their edges; 0 if they cannot be of one thing.
 double likeness(const ExtentBox& a, const ExtentBox& b) {
   const auto edges = [](const ExtentBox& box) {
@@ -112,9 +146,9 @@ double likeness(const ExtentBox& a, const ExtentBox& b) {
   const auto eb = edges(b);
   double alike = 1;
   for (std::size_t n = 0; n < 3; ++n) {
-    const double share = std::min(ea[n], eb[n]) / std::max({ea[n], eb[n], 1e-6});
-    if (share < kLeastAlike) return 0;
-    alike *= share;
+    const double edge = share(ea[n], eb[n]);
+    if (edge < kLeastAlike) return 0;
+    alike *= edge;
   }
   return alike;
 }
@@ -186,36 +220,33 @@ std::map<PanopticId, LostSurface> ObjectPresence::still_lost(const PanopticMap& 
 void ObjectPresence::find_gone(const Now& now, FrameVotes& votes, PanopticMap& map) {
   if (!has_news(now.is_last)) return;
   state_.lost = still_lost(map);
-  const LabelExtents extents = label_extents(map.voxels);
-  const std::map<LabelSlot, std::uint64_t> empty = surface_seen_empty(map);
+  const std::map<LabelSlot, SurfaceCount> surface = count_surface(map);
   for (auto entry = state_.lost.begin(); entry != state_.lost.end();) {
     auto& [id, lost] = *entry;
     const Object& object = *map.objects.find(id);
-    const LabelExtent gone = extent_of(lost);
-    const auto held = extents.find(object.slot);
-    LabelExtent whole = held == extents.end() ? LabelExtent{} : held->second;
-    const auto doubtful = empty.find(object.slot);
-    const std::uint64_t more = doubtful == empty.end() ? 0 : doubtful->second;
-    if (gone.voxels + more < whole.voxels - more || gone.voxels == 0 || object.last_frame > lost.frame) {
-      lost.looked_at = gone.voxels;
+    const auto counted = surface.find(object.slot);
+    const SurfaceCount held = counted == surface.end() ? SurfaceCount{} : counted->second;
+    const std::uint64_t gone = lost.count();
+    if (gone + held.empty < held.all - held.empty || gone == 0 || object.last_frame > lost.frame) {
+      lost.looked_at = gone;
       ++entry;
       continue;
     }
-    whole.add(gone);
+    std::vector<VoxelIndex> voxels = voxels_of(object.slot, map.voxels);
+    const std::vector<VoxelIndex> lost_voxels = voxels_of(lost);
+    voxels.insert(voxels.end(), lost_voxels.begin(), lost_voxels.end());
     PastObject past = past_of(object, map.objects);
     past.gone_frame = now.frame;
-    past.box = box_of(whole, double{map.voxels.voxel_size_m()});
-    past.voxels = whole.voxels;
+    past.voxels = voxels.size();
+    past.box = trimmed_box(std::move(voxels), double{map.voxels.voxel_size_m()});
     if (past.observations >= now.min_observations && past.class_id != ClassId::kUnknown) map.history.past.push_back(past);
-    if (held != extents.end()) clear_label(object.slot, votes, map.voxels);
+    clear_label(object.slot, votes, map.voxels);
     entry = state_.lost.erase(entry);
   }
 }
 
-void ObjectPresence::find_arrivals(PanopticMap& map) const {
-  map.history.arrivals.clear();
-  for (PastObject& past : map.history.past) past.moved_to = PanopticId::kUnknown;
-  if (state_.came_up.empty()) return;
+// Objects of which more than half of the surface lies where there was free space for certain, ascending.
+std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
   std::map<LabelSlot, std::pair<std::uint64_t, std::uint64_t>> surface;  // voxels, and those of them in cells that were free
   for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
     visit_surface(map.voxels.block(slot), map.voxels.index_of(slot), map.voxels.voxel_size_m(),
@@ -226,25 +257,42 @@ void ObjectPresence::find_arrivals(PanopticMap& map) const {
                     came += state_.came_up.contains({at[0] >> 2, at[1] >> 2, at[2] >> 2}) ? 1 : 0;
                   });
   }
-  const LabelExtents extents = label_extents(map.voxels);
+  std::vector<LabelSlot> appeared;
   for (const auto& [label, counts] : surface) {
-    const Object* object = map.objects.find(label);
-    if (object == nullptr || 2 * counts.second <= counts.first) continue;
-    Arrival arrival;
-    PastObject* before = nullptr;
-    const ExtentBox box = box_of(extents.at(label), double{map.voxels.voxel_size_m()});
+    if (map.objects.find(label) != nullptr && 2 * counts.second > counts.first) appeared.push_back(label);
+  }
+  return appeared;
+}
+
+void ObjectPresence::find_arrivals(PanopticMap& map) const {
+  struct Match {
+    double alike = 0;
+    LabelSlot label = LabelSlot::kUnknown;
+    PastObject* past = nullptr;
+  };
+  map.history.arrivals.clear();
+  for (PastObject& past : map.history.past) past.moved_to = PanopticId::kUnknown;
+  if (state_.came_up.empty()) return;
+  std::vector<Match> matches;
+  for (const LabelSlot label : appeared(map)) {
+    map.history.arrivals[map.objects.find(label)->id] = {};
+    const std::vector<VoxelIndex> voxels = voxels_of(label, map.voxels);
+    const ExtentBox box = trimmed_box(voxels, double{map.voxels.voxel_size_m()});
     for (PastObject& past : map.history.past) {
-      if (past.class_id != map.objects.class_of(label) || past.moved_to != PanopticId::kUnknown) continue;
-      const double alike = likeness(past.box, box);
-      if (alike <= arrival.confidence) continue;
-      arrival.confidence = alike;
-      before = &past;
+      if (past.class_id != map.objects.class_of(label)) continue;
+      const double alike = likeness(past.box, box) * share(static_cast<double>(past.voxels), static_cast<double>(voxels.size()));
+      if (alike > 0) matches.push_back({alike, label, &past});
     }
-    if (before != nullptr) {
-      before->moved_to = object->id;
-      arrival.moved_from = before->id;
-    }
-    map.history.arrivals[object->id] = arrival;
+  }
+  // The most alike first, each once.
+  std::stable_sort(matches.begin(), matches.end(), [](const Match& a, const Match& b) { return a.alike > b.alike; });
+  for (const Match& match : matches) {
+    const PanopticId id = map.objects.find(match.label)->id;
+    Arrival& arrival = map.history.arrivals[id];
+    if (match.past->moved_to != PanopticId::kUnknown || arrival.moved_from != PanopticId::kUnknown) continue;
+    match.past->moved_to = id;
+    arrival.moved_from = match.past->id;
+    arrival.confidence = match.alike;
   }
 }
 

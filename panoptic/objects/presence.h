@@ -43,6 +43,7 @@ class ObjectPresence {
 
  private:
   bool has_news(bool is_last) const;
+  std::vector<LabelSlot> appeared(const PanopticMap& map) const;
   std::map<PanopticId, LostSurface> still_lost(const PanopticMap& map) const;
 
   PresenceState state_;

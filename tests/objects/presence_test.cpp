@@ -65,6 +65,17 @@ TEST(ObjectPresence, AnObjectIsGoneWhenMoreThanHalfOfItWasLookedThrough) {
   EXPECT_EQ(room.count(chair), 0U) << "what was left of it is cleared";
 }
 
+TEST(ObjectPresence, WhatIsGoneHasNoVotesLeftThatCouldBringItBack) {
+  Room room;
+  const LabelSlot chair = room.seen(kChair);
+  add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
+  room.look_through(chair, 0.3);
+  room.votes.record(0, {.voxel = 7, .voted = {number(chair), 2}, .written = {1, 2}});
+  room.presence.find_gone(kNow, room.votes, room.map);
+  ASSERT_EQ(room.map.history.past.size(), 1U);
+  EXPECT_TRUE(room.votes.of(0).empty());
+}
+
 TEST(ObjectPresence, WhatANetworkSeesSinceIsNotGone) {
   Room room;
   const LabelSlot chair = room.seen(kChair);
