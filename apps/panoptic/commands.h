@@ -54,10 +54,6 @@ std::unique_ptr<Dataset> open_checked(const Arguments& arguments);
 // A path, or the name of a recording, as it is found from whatever folder; empty if it is.
 std::string absolute_recording(const std::string& recording);
 
-// For run --in: the arguments of a run of all visits, the earlier map's and the one that the arguments name. Writes their list
-// beside the map file. Throws Error.
-Arguments with_earlier_visits(const Arguments& arguments);
-
 // The same for a run, which tracks the camera if it is asked to, or if the recording has no poses: then its frames have none.
 struct OpenedRecording {
   std::unique_ptr<Dataset> dataset;

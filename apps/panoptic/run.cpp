@@ -12,6 +12,7 @@
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
+#include "apps/panoptic/visits.h"
 #include "apps/viewer/server.h"
 #include "panoptic/bag.h"
 #include "panoptic/base/files.h"
@@ -111,14 +112,6 @@ void print_closing(const Mapper& mapper, const RunSummary& summary, const std::s
   fmt::print("\nlook at   {1}{0}/scene.glb, {0}/mesh.ply\nread      {0}/objects.json, {0}/report.json\n", output, pictures);
 }
 
-// The map that the run begins with.
-std::optional<EarlierMap> earlier_map(const Arguments& arguments, const RunSummary& summary) {
-  if (arguments.earlier_map.empty()) return std::nullopt;
-  EarlierMap earlier{arguments.earlier_map, 0};
-  for (std::size_t i = 0; i + 1 < summary.recordings.size(); ++i) earlier.positions += summary.recordings[i].frames;
-  return earlier;
-}
-
 std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Options& options, const RunSummary& summary,
                                            bool is_tracked, Mapper& mapper) {
   if (arguments.map.empty()) return nullptr;
@@ -142,14 +135,6 @@ std::unique_ptr<Checkpoints> keep_map_file(const Arguments& arguments, const Opt
   }
   std::fflush(stdout);
   return checkpoints;
-}
-
-// Where to ask what has changed since the earlier visits.
-void tell_changes(const Arguments& arguments, const RunSummary& summary, const Checkpoints* checkpoints) {
-  const auto earlier = earlier_map(arguments, summary);
-  if (!earlier || earlier->positions == 0) return;
-  fmt::print("changes   panoptic query {} --changes-since {:.3f}\n", arguments.map,
-             checkpoints->resumed_frames()[earlier->positions - 1].time_s);
 }
 
 // A map without surface, or without a label although labels were asked for.
@@ -182,13 +167,14 @@ void require_sense(const PredictorReport& report, const WrittenMap& written, con
 }
 
 // A run that went through and still gave nothing of what was asked for.
-void require_use(const Mapper& mapper, const RunSummary& summary, const MappingResult& result, const Arguments& arguments) {
-  const std::uint64_t used = mapper.frames().used();
+void require_use(const Mapper& mapper, const RunSummary& summary, const MappingResult& result, const EarlierFrames& earlier,
+                 const Arguments& arguments) {
+  const std::uint64_t used = mapper.frames().used() - earlier.used;
   if (used == 0) {
     throw Error(fmt::format("{}: no frame was usable{}; {}/report.json lists why, panoptic doctor looks closer",
                             arguments.dataset, usual_reason(mapper.frames()), arguments.output));
   }
-  if (summary.without_prediction != used) return;
+  if (summary.without_prediction != used + (earlier.used - earlier.labelled)) return;
   if (summary.online) {
     throw Error(
         fmt::format("{}: no prediction matched a frame (the map in {} has no labels)", summary.predictor, arguments.output));
@@ -200,7 +186,8 @@ void require_use(const Mapper& mapper, const RunSummary& summary, const MappingR
 }
 
 // Tells how the run went, and returns the program's exit code. Throws Error if it failed, or gave nothing of what was asked for.
-int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result) {
+int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result,
+             const EarlierFrames& earlier) {
   print_closing(mapper, summary, arguments.output);
   if (!result.failure.empty()) {
     throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
@@ -209,7 +196,7 @@ int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary&
     tell(fmt::format("interrupted: the map so far is in {}, marked incomplete\n", arguments.output));
     return kInterrupted;
   }
-  require_use(mapper, summary, result, arguments);
+  require_use(mapper, summary, result, earlier, arguments);
   return kDone;
 }
 
@@ -362,8 +349,9 @@ int map_recording(const Arguments& arguments) {
   if (!result.failure.empty() && mapper.frames().used() == 0) throw Error(result.failure);
   const WrittenMap written = write_map(arguments.output, mapper, options, summary, result.failure);
   const PredictorReport report = closing_report(predictor.get());
-  const int code = conclude(arguments, mapper, summary, result);
-  tell_changes(arguments, summary, checkpoints.get());
+  const EarlierFrames earlier = earlier_frames(arguments, summary, checkpoints.get());
+  const int code = conclude(arguments, mapper, summary, result, earlier);
+  tell_changes(arguments.map, earlier);
   if (viewer) viewer->finish([] { return !interrupted(); });
   if (code == kDone) require_sense(report, written, summary, mapper.frames().used(), arguments);
   return code;

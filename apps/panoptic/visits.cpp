@@ -1,12 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/mapping/visits.h"
+#include "apps/panoptic/visits.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "apps/panoptic/commands.h"
 #include "panoptic/base/files.h"
 #include "panoptic/io/recording_list.h"
+#include "panoptic/mapping/visits.h"
 
 namespace panoptic {
 namespace {
@@ -35,25 +40,61 @@ ListedRecording next_visit(const Arguments& arguments) {
 
 Arguments with_earlier_visits(const Arguments& arguments) {
   require_single(arguments);
-  const std::string list = arguments.map + ".visits.toml";
-  const bool is_resumed = is_there(arguments.map);
-  if (is_resumed && !arguments.resume) {
+  if (is_there(arguments.map) && is_there(arguments.earlier_map) && fs::equivalent(arguments.map, arguments.earlier_map)) {
+    throw UsageError("--in and --map name one file; the saved map stays as it is, and --map names a new one");
+  }
+  if (is_there(arguments.map) && !arguments.resume) {
     throw Error(fmt::format("{} is there already: go on with it (--resume), choose another name or remove it", arguments.map));
   }
-  if (is_resumed && !is_there(list)) {
+  const std::string list = arguments.map + ".visits.toml";
+  const std::string text = "# The visits that a map was made of; the last one was added to " +
+                           absolute_recording(arguments.earlier_map) + "\n" +
+                           to_toml(with_next_visit(arguments.earlier_map, next_visit(arguments)));
+  const bool is_written = is_there(list);
+  if (is_written && read_file(list) != text) {
     throw Error(
-        fmt::format("{} is gone, and with it which recordings {} is of; choose another file for the map", list, arguments.map));
+        fmt::format("{} is there and says that {} is of other visits: run with what it was made with, or choose another "
+                    "name for the map",
+                    list, arguments.map));
   }
-  if (!is_resumed) {
-    write_file(list, "# The visits that " + fs::path(arguments.map).filename().string() + " was made of.\n" +
-                         to_toml(with_next_visit(arguments.earlier_map, next_visit(arguments))));
+  if (is_there(arguments.map) && !is_written) {
+    throw Error(
+        fmt::format("{} is gone, and with it which recordings {} is of; choose another name for the map", list, arguments.map));
   }
+  if (!is_written) write_file(list, text);
   Arguments all = arguments;
   all.dataset = list;
   all.calibration.clear();
   all.pair_tolerance_s.reset();
   all.predictions.clear();
   return all;
+}
+
+std::optional<EarlierMap> earlier_map(const Arguments& arguments, const RunSummary& summary) {
+  if (arguments.earlier_map.empty()) return std::nullopt;
+  EarlierMap earlier{arguments.earlier_map, 0};
+  for (std::size_t i = 0; i + 1 < summary.recordings.size(); ++i) earlier.positions += summary.recordings[i].frames;
+  return earlier;
+}
+
+EarlierFrames earlier_frames(const Arguments& arguments, const RunSummary& summary, const Checkpoints* checkpoints) {
+  EarlierFrames frames;
+  const auto earlier = earlier_map(arguments, summary);
+  if (!earlier) return frames;
+  const std::vector<FrameRecord>& records = checkpoints->resumed_frames();
+  for (std::size_t i = 0; i < std::min(earlier->positions, records.size()); ++i) {
+    if (!records[i].unused_because.empty()) continue;
+    ++frames.used;
+    frames.labelled += records[i].labelled ? 1 : 0;
+    frames.last_s = records[i].time_s;
+  }
+  return frames;
+}
+
+void tell_changes(const std::string& map, const EarlierFrames& earlier) {
+  constexpr double kMilli = 1000;
+  if (earlier.used == 0) return;
+  fmt::print("changes   panoptic query '{}' --changes-since {:.3f}\n", map, std::ceil(kMilli * earlier.last_s) / kMilli);
 }
 
 }  // namespace panoptic

@@ -69,7 +69,7 @@ struct MergedFiles {
   std::size_t same = 0;   // objects that both maps have
   std::size_t parts = 0;  // objects that are parts of one in the other map
   std::size_t blocks = 0;
-  std::vector<std::string> notes;  // what a file of an older format lacks, a line each
+  std::vector<std::string> notes;  // what a file of an older format lacks, and what was left out, a line each
 };
 
 // Merges and writes the result, whole or not at all. It is a finished map: info, mesh, query, eval, view,

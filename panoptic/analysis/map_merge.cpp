@@ -267,6 +267,7 @@ MapMerge merge_maps(MapWithFrames a, const MapWithFrames& b, const std::string& 
   into.map.free_space.merge(b.saved.map.free_space);
   into.map.objects = objects.registry();
   into.map.prune();
+  std::erase_if(into.map.history.arrivals, [&](const auto& arrival) { return into.map.objects.find(arrival.first) == nullptr; });
   into.notes = {};
   std::int64_t position = merge.merged.frames.empty() ? 0 : merge.merged.frames.back().position + 1;
   for (FrameRecord record : b.frames) {

@@ -25,7 +25,8 @@ struct MapMerge {
 // Free space: what either saw; where they contradict each other, b is the later one and right. Where b looked through
 // bricks of a in which it observed nothing itself, those are cleared first.
 // Objects: match_objects tells which are one; evidence is summed. Objects of `a` keep their ids, those of `b` that have no
-// counterpart get new ones, which count up. Objects that lose their last voxel are retired.
+// counterpart get new ones, which count up. Objects that lose their last voxel are retired. The history of `a` stays, that of `b`
+// is left out: its ids are other ones.
 // Frames: those of `b` follow those of `a`. Where their numbers would not, a shift is added to them, in its objects too, so that
 // each frame of the merged map has one number.
 // Throws Error, naming the maps as `name_a` and `name_b`: not comparable (require_comparable), or out of ids or frame numbers.

@@ -67,6 +67,11 @@ MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesyste
   }
   const RunNotes notes_a = run_notes(first);
   const RunNotes notes_b = run_notes(second);
+  if (const ObjectHistory& left = second.saved.map.history; !left.past.empty() || !left.arrivals.empty()) {
+    summary.notes.push_back(
+        fmt::format("{}: its history is left out: {} objects that were gone, and which of the others came or were moved",
+                    b.string(), left.past.size()));
+  }
   const MapMerge merge = merge_maps(std::move(first), second, a.string(), b.string());
   const SavedMap& saved = merge.merged.saved;
   MapUpdate update = whole_map(saved.map);

@@ -157,6 +157,18 @@ void require_no_copies(const std::vector<Span>& spans, const std::vector<fs::pat
 
 }  // namespace
 
+void require_few_messages(const BagContents& contents, const BagFile& file) {
+  if (contents.messages.size() <= most_messages(file.size())) return;
+  throw Error(fmt::format("{}: {} bytes unpack to more than {} messages, which is no recording; the file is damaged", file.name(),
+                          file.size(), most_messages(file.size())));
+}
+
+void require_few_connections(std::size_t connections, const BagFile& file) {
+  if (connections <= kMostConnections) return;
+  throw Error(fmt::format("{}: more than {} topics and publishers; record the topics of the cameras and the poses alone",
+                          file.name(), kMostConnections));
+}
+
 std::uint32_t topic_index(std::vector<BagTopic>& topics, const BagTopic& topic) {
   const std::string type = short_type(topic.type);
   const auto found = std::find_if(topics.begin(), topics.end(), [&](const BagTopic& t) {

@@ -40,6 +40,14 @@ struct BagContents {
   std::vector<std::string> left_out;  // a line each: what was damaged or cut off
 };
 
+// A file can unpack to much more than its size: nothing that is kept of it may grow beyond these.
+constexpr std::size_t kMostConnections = 10'000;  // of topics and their publishers
+constexpr std::size_t kMostNameBytes = 4096;      // of a topic and its type
+constexpr std::uint64_t most_messages(std::uint64_t file_bytes) { return 100'000 + file_bytes / 8; }
+// Throws Error naming the file, if there are more.
+void require_few_messages(const BagContents& contents, const BagFile& file);
+void require_few_connections(std::size_t connections, const BagFile& file);
+
 // The index of the topic, which is added if it is new.
 std::uint32_t topic_index(std::vector<BagTopic>& topics, const BagTopic& topic);
 

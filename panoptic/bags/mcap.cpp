@@ -91,13 +91,18 @@ class Walk {
 
   void take_name(std::uint8_t op, BagSpan left) {
     const auto id = take<std::uint16_t>(left);
+    const auto schema = op == kSchema ? std::uint16_t{0} : take<std::uint16_t>(left);
+    const std::string_view name = take_text(left);
+    if (name.size() > kMostNameBytes) return;
     if (op == kSchema) {
-      schemas_[id] = std::string(take_text(left));
+      schemas_[id] = std::string(name);
+      require_few_connections(schemas_.size(), *file_);
       return;
     }
-    const auto schema = take<std::uint16_t>(left);
-    std::string topic(take_text(left));
-    channels_[id] = {schema, std::move(topic), std::string(take_text(left))};
+    const std::string_view encoding = take_text(left);
+    if (encoding.size() > kMostNameBytes) return;
+    channels_[id] = {schema, std::string(name), std::string(encoding)};
+    require_few_connections(channels_.size(), *file_);
   }
 
   void take_message(BagSpan head, std::uint32_t chunk, std::uint64_t place) {
@@ -105,6 +110,7 @@ class Walk {
     const auto channel = take<std::uint16_t>(head);
     take<std::uint32_t>(head);
     contents_.messages.push_back({static_cast<std::int64_t>(take<std::uint64_t>(head)), channel, 0, chunk, place});
+    require_few_messages(contents_, *file_);
   }
 
   void take_chunk(std::uint64_t data, std::uint64_t bytes, bool is_whole) {

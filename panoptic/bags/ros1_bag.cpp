@@ -165,7 +165,9 @@ class Walk {
     const auto id = number<std::uint32_t>(header, "conn");
     const auto topic = field(header, "topic");
     const auto type = field(data, "type");
-    if (id && topic && type) connections_[*id] = {std::string(text_of(*topic)), std::string(text_of(*type)), "ros1", 0};
+    if (!id || !topic || !type || topic->size() > kMostNameBytes || type->size() > kMostNameBytes) return;
+    connections_[*id] = {std::string(text_of(*topic)), std::string(text_of(*type)), "ros1", 0};
+    require_few_connections(connections_.size(), *file_);
   }
 
   std::uint32_t last_chunk() const { return static_cast<std::uint32_t>(chunks_.size() - 1); }
@@ -194,6 +196,7 @@ class Walk {
       if (record->op == kMessage && time && connection && !is_indexed_[i]) {
         contents_.messages.push_back(
             {to_time_ns(*time), *connection, 0, i, static_cast<std::uint64_t>(left.data() - bytes->data())});
+        require_few_messages(contents_, *file_);
       }
       left = left.subspan(record->data_offset + record->data_bytes);
     }

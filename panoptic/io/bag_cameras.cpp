@@ -91,8 +91,12 @@ std::optional<double> realsense_unit_m(const Bag& bag, const std::string& depth)
   for (const BagMessage& message : bag.messages()) {
     const BagTopic& topic = bag.topics()[message.topic];
     if (topic.name != name) continue;
-    const float unit_m = decode_float(bag.read(message), topic.serialization);
-    if (unit_m > 0 && std::isfinite(unit_m)) return unit_m;
+    try {
+      const float unit_m = decode_float(bag.read(message), topic.serialization);
+      if (unit_m > 0 && std::isfinite(unit_m)) return unit_m;
+    } catch (const MessageError& e) {
+      throw Error(fmt::format("{}: {}: {}", bag.name(), topic.name, e.what()));
+    }
   }
   return std::nullopt;
 }

@@ -282,7 +282,7 @@ BagListing list_bag(const fs::path& path) {
   return listing;
 }
 
-fs::path path_of_recording(const std::string& name) { return is_there(name) ? name : name.substr(0, name.find('?')); }
+fs::path path_of_recording(const std::string& name) { return is_there(name) ? name : name.substr(0, name.rfind('?')); }
 
 std::unique_ptr<Dataset> open_bag(const fs::path& path, const BagChoice& choice, const fs::path& calibration,
                                   std::optional<double> pair_tolerance_s) {

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr double kFarthest_m = 1e4;  // single floats still tell millimetres there
 constexpr double kLongest_s = 1e6;
-constexpr double kFrame_s = 1.0 / 30;
+constexpr double kPause_s = 2;  // longer than anything that moves is waited for: what is seen then is not followed from before
 
 // An entry as TOML has it.
 struct Entry {
@@ -133,7 +133,7 @@ void RecordingList::append(ListedRecording listed, const OpenListed& open) {
   const std::int64_t last = number_of(part.dataset->read(frames - 1));
   if (!parts_.empty()) {
     part.first_number = parts_.back().last_number + 1;
-    part.time_shift_s = last_time_s_ + kFrame_s - time_at(*part.dataset, false);
+    part.time_shift_s = last_time_s_ + kPause_s - time_at(*part.dataset, false);
   }
   if (last < 0 || last >= std::numeric_limits<std::int64_t>::max() - part.first_number) {
     throw Error(fmt::format("{}: its last frame has the number {}, behind which no others can go on", part.listed.name, last));

@@ -39,7 +39,7 @@ std::string to_toml(const std::vector<ListedRecording>& recordings);
 using OpenListed = std::function<std::unique_ptr<Dataset>(const ListedRecording&)>;
 
 // The recordings one after the other. Frames keep the numbers of their recording, those of each but the first behind the last
-// number of the one before it; time stamps go on likewise, 1/30 s after it.
+// number of the one before it; time stamps go on likewise, 2 s after it.
 class RecordingList : public Dataset {
  public:
   struct Part {

@@ -213,6 +213,10 @@ void Checkpoints::begin_with(const EarlierMap& earlier, const RunIdentity& ident
     throw Error(fmt::format("{} was made of {} frames, and its recordings have {} now: put back what it was made of",
                             earlier.path.string(), positions_, earlier.positions));
   }
+  if (!identity.recordings.starts_with(note_or_empty(saved, run_note::kRecordings))) {
+    throw Error(fmt::format("{} was made of other recordings than its list names now: put the list back as it was",
+                            earlier.path.string()));
+  }
   mapper.parts().restore(std::move(saved.map), std::move(state));
   frames_ = resumed_frames_;
 }

@@ -226,6 +226,7 @@ Correction MapperParts::fuse_anew(std::span<const PoseUpdate> poses, const ReadF
     if (labels) logged.set_ids(std::move(labels->ids));
     const Outcome outcome = labels ? fresh.add(frame, labels->segmentation) : fresh.add_geometry(frame);
     if (!outcome.used) throw Error(fmt::format("frame {} cannot be fused again: {}", frame.index, outcome.reason));
+    if ((n + 1) % static_cast<std::size_t>(options_.objects.every_frames) == 0) fresh.find_gone();
   }
   take_over(fresh, std::move(log));
   correction.blocks = map_.voxels.block_count();

@@ -159,8 +159,7 @@ void MapperParts::find_gone() {
   if (!knows_presence_) return;
   const auto least = static_cast<std::uint64_t>(options_.objects.min_observations);
   constexpr std::uint64_t kFramesPerObservation = 35;  // as in object maintenance
-  presence_.find_gone({last_frame_, std::min(least, labelled_ / kFramesPerObservation + 1), finished_}, regularizer_.votes(),
-                      map_);
+  presence_.find_gone({std::min(least, labelled_ / kFramesPerObservation + 1), finished_}, regularizer_.votes(), map_);
 }
 
 // Throws Error if the first frame, which has just been integrated, takes more than the limit allows: so would every other.

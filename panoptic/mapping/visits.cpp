@@ -6,7 +6,9 @@
 
 #include <utility>
 
+#include "panoptic/base/files.h"
 #include "panoptic/error.h"
+#include "panoptic/io/image_names.h"
 #include "panoptic/mapping/rebuild_file.h"
 
 namespace panoptic {
@@ -21,6 +23,10 @@ std::vector<ListedRecording> with_next_visit(const std::filesystem::path& map, L
         fmt::format("{} was made of a part of its recording, and the frames behind that part would come in between; "
                     "map the whole recording",
                     map.string()));
+  }
+  if (ending_of(mapped.recording) == ".toml" && !is_there(mapped.recording)) {
+    throw Error(fmt::format("{} was made of the recordings that {} names, and that is gone; put it back", map.string(),
+                            mapped.recording));
   }
   std::vector<ListedRecording> visits;
   if (is_recording_list(mapped.recording)) {

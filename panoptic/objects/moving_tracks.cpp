@@ -75,6 +75,10 @@ void MovingTracks::forget_oldest() {
     state_.forgotten += state_.followed.front().track.boxes.size();
     state_.followed.erase(state_.followed.begin());
   }
+  if (boxes <= kMostBoxes) return;
+  std::vector<TrackedBox>& only = state_.followed.front().track.boxes;
+  state_.forgotten += boxes - kMostBoxes;
+  only.erase(only.begin(), only.end() - kMostBoxes);
 }
 
 std::vector<MovingThing> MovingTracks::expected(double time_s) const {

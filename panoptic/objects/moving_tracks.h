@@ -25,7 +25,8 @@ class MovingTracks {
   explicit MovingTracks(MovingState state) : state_(std::move(state)) {}
   const MovingState& state() const { return state_; }
 
-  // Adds the things of a frame. One whose geometry was added before only gets names for its things.
+  // Adds the things of a frame. The last one may come again, with names for its things; one from before it begins tracks of its
+  // own.
   void add(std::span<const MovingThing> things, std::int64_t frame, double time_s);
   // Where things with a class are thought to be at that time: where they were last seen, and as far around as they can have gone.
   std::vector<MovingThing> expected(double time_s) const;

@@ -217,10 +217,11 @@ std::map<PanopticId, LostSurface> ObjectPresence::still_lost(const PanopticMap& 
   return left;
 }
 
-void ObjectPresence::find_gone(const Now& now, FrameVotes& votes, PanopticMap& map) {
-  if (!has_news(now.is_last)) return;
+void ObjectPresence::find_gone(const Rules& rules, FrameVotes& votes, PanopticMap& map) {
+  if (!has_news(rules.is_last)) return;
   state_.lost = still_lost(map);
   const std::map<LabelSlot, SurfaceCount> surface = count_surface(map);
+  map.voxels.begin_epoch();  // what is cleared changes after what others have seen or saved
   for (auto entry = state_.lost.begin(); entry != state_.lost.end();) {
     auto& [id, lost] = *entry;
     const Object& object = *map.objects.find(id);
@@ -236,10 +237,10 @@ void ObjectPresence::find_gone(const Now& now, FrameVotes& votes, PanopticMap& m
     const std::vector<VoxelIndex> lost_voxels = voxels_of(lost);
     voxels.insert(voxels.end(), lost_voxels.begin(), lost_voxels.end());
     PastObject past = past_of(object, map.objects);
-    past.gone_frame = now.frame;
+    past.gone_frame = lost.frame;
     past.voxels = voxels.size();
     past.box = trimmed_box(std::move(voxels), double{map.voxels.voxel_size_m()});
-    if (past.observations >= now.min_observations && past.class_id != ClassId::kUnknown) map.history.past.push_back(past);
+    if (past.observations >= rules.min_observations && past.class_id != ClassId::kUnknown) map.history.past.push_back(past);
     clear_label(object.slot, votes, map.voxels);
     entry = state_.lost.erase(entry);
   }
@@ -270,16 +271,23 @@ void ObjectPresence::find_arrivals(PanopticMap& map) const {
     LabelSlot label = LabelSlot::kUnknown;
     PastObject* past = nullptr;
   };
+  // What came and went again stays as it was told.
+  for (PastObject& past : map.history.past) {
+    if (map.objects.find(past.moved_to) != nullptr) past.moved_to = PanopticId::kUnknown;
+  }
   map.history.arrivals.clear();
-  for (PastObject& past : map.history.past) past.moved_to = PanopticId::kUnknown;
   if (state_.came_up.empty()) return;
   std::vector<Match> matches;
   for (const LabelSlot label : appeared(map)) {
-    map.history.arrivals[map.objects.find(label)->id] = {};
+    const Object& object = *map.objects.find(label);
+    map.history.arrivals[object.id] = {};
     const std::vector<VoxelIndex> voxels = voxels_of(label, map.voxels);
     const ExtentBox box = trimmed_box(voxels, double{map.voxels.voxel_size_m()});
     for (PastObject& past : map.history.past) {
-      if (past.class_id != map.objects.class_of(label)) continue;
+      // What was seen at its old place after it was seen here is another one.
+      const bool may_be = past.class_id == map.objects.class_of(label) && past.last_frame < object.first_frame &&
+                          past.moved_to == PanopticId::kUnknown;
+      if (!may_be) continue;
       const double alike = likeness(past.box, box) * share(static_cast<double>(past.voxels), static_cast<double>(voxels.size()));
       if (alike > 0) matches.push_back({alike, label, &past});
     }

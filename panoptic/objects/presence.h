@@ -28,13 +28,12 @@ class ObjectPresence {
   // been in for two seconds: it is furniture.
   std::vector<CellIndex> settled(std::span<const CellIndex> cells, std::uint64_t time);
 
-  struct Now {
-    std::int64_t frame = 0;
+  struct Rules {
     std::uint64_t min_observations = 1;  // objects that were seen less often were never there
     bool is_last = false;                // judges those too of which little more was looked through since
   };
   // Between frames, and before objects without voxels are forgotten: puts down which are gone, and clears what is left of them.
-  void find_gone(const Now& now, FrameVotes& votes, PanopticMap& map);
+  void find_gone(const Rules& rules, FrameVotes& votes, PanopticMap& map);
   // At the end: which came, and which of those are the ones that are gone.
   void find_arrivals(PanopticMap& map) const;
 

@@ -58,7 +58,7 @@ class Run : public testing::Test {
   std::filesystem::path recording_;
   std::filesystem::path out_;
 
- private:
+ protected:
   static Segmentation prediction(int index, const LabelSet& labels) {
     const ClassId chair = labels.find("chair")->id;
     const ClassId floor = labels.find("floor")->id;

@@ -108,9 +108,29 @@ TEST_F(RunVisits, RefusesWhatWouldMakeAnotherMapOfTheFirst) {
   ASSERT_EQ(with({}).exit_code, 0);
   expect_refused(with({}), "second.panoptic is there already");
   EXPECT_EQ(with({"--resume"}).exit_code, 0);
+  expect_refused(
+      run({"--predictions", predictions_.string(), "--in", first_map().string(), "--map", second_map().string(), "--resume"}),
+      "is of other visits");
+  EXPECT_EQ(second_visit({"--in", first_map().string(), "--map", first_map().string(), "--resume"}).exit_code, 2);
+  fs::rename(second_map(), maps_ / "renamed.panoptic");
+  expect_refused(second_visit({"--in", (maps_ / "renamed.panoptic").string(), "--map", second_map().string()}),
+                 "is of other visits");
   for (const char* kind : {"pose.txt", "depth.png", "color.png"}) fs::remove(file(kFrames - 1, kind));
   expect_refused(second_visit({"--in", first_map().string(), "--map", (maps_ / "other.panoptic").string()}),
                  "was made of 12 frames, and its recordings have 11 now");
+}
+
+TEST_F(RunVisits, AVisitWithoutALabelIsNoSuccess) {
+  ASSERT_EQ(first_visit().exit_code, 0);
+  const fs::path none = fresh_folder("none");
+  PredictionWriter writer(none, load_label_set("indoor"), "test");
+  writer.write(900, prediction(0, load_label_set("indoor")));
+  std::vector<std::string> arguments{"run", "--no-pictures", second_.string(), "-o", out_, kCoarse[0], kCoarse[1]};
+  for (const std::string& word : {std::string("--predictions"), none.string(), std::string("--in"), first_map().string(),
+                                  std::string("--map"), second_map().string()}) {
+    arguments.push_back(word);
+  }
+  expect_refused(test::run_program(arguments), "no prediction matched a frame; the 8 frames used");
 }
 
 TEST_F(RunVisits, RefusesWhatDoesNotGoTogether) {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "panoptic/base/compression.h"
 #include "panoptic/base/files.h"
 #include "panoptic/base/sqlite.h"
 #include "tests/bags/bag_bytes.h"
@@ -95,6 +96,31 @@ TEST(Bag, ChunksThatLieAboutTheirSizeAreLeftOut) {
   }
   write_file(folder / "a.mcap", mcap_bag(kMessages, "zstd", std::uint64_t{1} << 62, false));
   EXPECT_THAT(Bag(folder / "a.mcap").left_out(), Not(IsEmpty()));
+}
+
+TEST(Bag, WhatUnpacksToMoreThanAnyRecordingHoldsIsRefused) {
+  const fs::path path = fresh_folder("packed") / "a.mcap";
+  const std::string message = mcap_record(5, std::string(22, '\0'));
+  std::string chunk;
+  for (std::uint64_t i = 0; i < most_messages(8000) + 1; ++i) chunk += message;
+  const Bytes packed = Compressor().compress(std::span(reinterpret_cast<const std::uint8_t*>(chunk.data()), chunk.size()));
+  ASSERT_LT(packed.size(), 7000U);
+  const std::string head = std::string(16, '\0') + number_bytes(std::uint64_t{chunk.size()}) + number_bytes(std::uint32_t{0}) +
+                           mcap_text("zstd") + number_bytes(std::uint64_t{packed.size()});
+  write_file(path, kMcapMagic + mcap_record(1, mcap_text("ros2") + mcap_text("")) +
+                       mcap_record(6, head + std::string(packed.begin(), packed.end())));
+  EXPECT_THAT(error_of(path), HasSubstr("unpack to more than"));
+}
+
+TEST(Bag, MoreTopicsThanAnyRobotHasAreRefused) {
+  const fs::path path = fresh_folder("topics") / "a.bag";
+  std::string bag = kRos1Magic;
+  for (std::uint32_t i = 0; i <= kMostConnections; ++i) {
+    bag += ros1_record(ros1_fields({{"op", op(7)}, {"conn", number_bytes(i)}, {"topic", std::to_string(i)}}),
+                       ros1_fields({{"type", "std_msgs/Empty"}}));
+  }
+  write_file(path, bag);
+  EXPECT_THAT(error_of(path), HasSubstr("more than 10000 topics and publishers"));
 }
 
 TEST(Bag, DamagedMessagesAreRefusedWhenTheyAreRead) {

@@ -116,7 +116,7 @@ TEST_F(List, TheFirstRecordingIsAsItWouldBeAlone) {
 TEST_F(List, TimeStampsNeverGoBack) {
   const auto list = open_recording(write(kTwo));
   for (std::size_t i = 1; i < list->size(); ++i) EXPECT_GT(list->read(i).frame->time_s, list->read(i - 1).frame->time_s);
-  EXPECT_NEAR(list->read(4).frame->time_s - list->read(3).frame->time_s, 1.0 / 30, 1e-9);
+  EXPECT_NEAR(list->read(4).frame->time_s - list->read(3).frame->time_s, 2, 1e-9);
 }
 
 TEST_F(List, EachRecordingHasItsOwnCalibration) {

@@ -4,8 +4,10 @@
 // A ball that is taken away and put elsewhere while the camera goes round.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "panoptic/base/json.h"
@@ -138,6 +140,47 @@ TEST(Changes, AreTheSameAfterAnInterruptionAndInTheMapFile) {
   EXPECT_EQ(present_at(spans, 4.9).back().moved_from, spans[0].id);
   EXPECT_EQ(changed_since(spans, 1).size(), 2U);
   EXPECT_TRUE(changed_since(spans, 5).empty());
+}
+
+// What is found to be gone at the very end is cleared after the last checkpoint.
+TEST(Changes, FoundAtTheEndAreInAFileThatWasSavedRightBefore) {
+  const auto path = fresh_folder() / "map.panoptic";
+  Options late = options();
+  late.objects.every_frames = 1000;
+  const RunIdentity run{"somewhere", "", "", late};
+  CheckpointSettings settings{.path = path, .resume = false};
+  settings.every_s = 0;
+  Mapper mapper(late, test::test_labels());
+  Checkpoints checkpoints(settings, run, mapper);
+  add(0, kFrames, mapper, &checkpoints);
+  checkpoints.after_frame(mapper);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  checkpoints.after_frame(mapper);  // takes note that the first one is written
+  const std::uint64_t before = mapper.map().voxels.hash();
+  mapper.finish();
+  ASSERT_NE(mapper.map().voxels.hash(), before);
+  checkpoints.finish(mapper, true);
+  EXPECT_EQ(load_map(path).map.voxels.hash(), mapper.map().voxels.hash());
+}
+
+// A correction that moves nothing much finds what the run found, and when.
+TEST(Changes, AreFoundAgainWhenPosesAreCorrected) {
+  Options logged = options();
+  logged.map.log = "reference";
+  Mapper mapper(logged, test::test_labels());
+  add(0, kFrames, mapper);
+  mapper.finish();
+  const ObjectHistory before = mapper.map().history;
+  ASSERT_EQ(before.past.size(), 1U);
+  Pose pose = frame_at(3).world_from_camera;
+  pose.translation().x() += 0.01;
+  const std::vector<PoseUpdate> poses = {{.frame = 3, .world_from_camera = pose}};
+  mapper.update_poses(poses, [](std::int64_t frame) { return ReadResult{frame_at(static_cast<int>(frame)), {}}; });
+  const ObjectHistory& after = mapper.map().history;
+  ASSERT_EQ(after.past.size(), 1U);
+  EXPECT_EQ(after.past[0].id, before.past[0].id);
+  EXPECT_NEAR(static_cast<double>(after.past[0].gone_frame), static_cast<double>(before.past[0].gone_frame), 5);
+  EXPECT_EQ(after.past[0].moved_to, before.past[0].moved_to);
 }
 
 }  // namespace

@@ -18,13 +18,20 @@ using test::solid_box;
 using test::stuff;
 using test::World;
 
-constexpr ObjectPresence::Now kNow{100, 6};
+constexpr ObjectPresence::Rules kRules{6};
 
 struct Room : World {
   ObjectPresence presence;
 
-  // Looks through the voxels of an object on this side of x, in frame 50.
-  void look_through(LabelSlot label, double up_to_x_m) {
+  // An object that was seen in 20 frames from this one on.
+  LabelSlot seen_from(std::int64_t frame, ClassId class_id) {
+    const LabelSlot slot = *map.objects.create();
+    for (int i = 0; i < 20; ++i) map.objects.observe(slot, {class_id, 0.9F, {}}, frame + i);
+    return slot;
+  }
+
+  // Looks through the voxels of an object on this side of x.
+  void look_through(LabelSlot label, double up_to_x_m, std::int64_t frame = 50) {
     for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
       const VoxelIndex first = first_voxel(map.voxels.index_of(slot));
       for (int b = 0; b < kBlockBricks; ++b) {
@@ -36,7 +43,7 @@ struct Room : World {
           if (is_own && center_m(at, map.voxels.voxel_size_m()).x() < up_to_x_m) voxels |= std::uint64_t{1} << v;
         }
         if (voxels == 0) continue;
-        presence.looks_through(slot, b, voxels, 50, map);
+        presence.looks_through(slot, b, voxels, frame, map);
         map.voxels.block(slot).forget(b, voxels);
       }
     }
@@ -49,16 +56,16 @@ TEST(ObjectPresence, AnObjectIsGoneWhenMoreThanHalfOfItWasLookedThrough) {
   const PanopticId id = room.map.objects.id_of(chair);
   add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
   room.look_through(chair, -0.2);
-  room.presence.find_gone(kNow, room.votes, room.map);
+  room.presence.find_gone(kRules, room.votes, room.map);
   EXPECT_TRUE(room.map.history.past.empty()) << "a third of it";
   EXPECT_GT(room.count(chair), 0U);
   room.look_through(chair, 0.2);
-  room.presence.find_gone(kNow, room.votes, room.map);
+  room.presence.find_gone(kRules, room.votes, room.map);
   ASSERT_EQ(room.map.history.past.size(), 1U);
   const PastObject& past = room.map.history.past[0];
   EXPECT_EQ(past.id, id);
   EXPECT_EQ(past.class_id, kChair);
-  EXPECT_EQ(past.gone_frame, 100);
+  EXPECT_EQ(past.gone_frame, 50);
   EXPECT_EQ(past.observations, 20U);
   EXPECT_NEAR(past.box.min_m.x(), -0.5, 0.06);
   EXPECT_NEAR(past.box.max_m.x(), 0.5, 0.06);
@@ -71,7 +78,7 @@ TEST(ObjectPresence, WhatIsGoneHasNoVotesLeftThatCouldBringItBack) {
   add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
   room.look_through(chair, 0.3);
   room.votes.record(0, {.voxel = 7, .voted = {number(chair), 2}, .written = {1, 2}});
-  room.presence.find_gone(kNow, room.votes, room.map);
+  room.presence.find_gone(kRules, room.votes, room.map);
   ASSERT_EQ(room.map.history.past.size(), 1U);
   EXPECT_TRUE(room.votes.of(0).empty());
 }
@@ -82,7 +89,7 @@ TEST(ObjectPresence, WhatANetworkSeesSinceIsNotGone) {
   add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
   room.look_through(chair, 0.3);
   room.map.objects.observe(chair, {kChair, 0.9F, {}}, 60);
-  room.presence.find_gone(kNow, room.votes, room.map);
+  room.presence.find_gone(kRules, room.votes, room.map);
   EXPECT_TRUE(room.map.history.past.empty());
   EXPECT_GT(room.count(chair), 0U);
 }
@@ -95,7 +102,7 @@ TEST(ObjectPresence, WhatHasASurfaceAgainIsNotGone) {
   room.look_through(chair, 1);
   EXPECT_EQ(room.count(chair), 0U);
   add_to(room, solids);
-  room.presence.find_gone(kNow, room.votes, room.map);
+  room.presence.find_gone(kRules, room.votes, room.map);
   EXPECT_TRUE(room.map.history.past.empty());
 }
 
@@ -104,7 +111,7 @@ TEST(ObjectPresence, WhatWasHardlyEverSeenWasNeverThere) {
   const LabelSlot chair = room.seen(kChair, 3);
   add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.4}, chair)});
   room.look_through(chair, 1);
-  room.presence.find_gone(kNow, room.votes, room.map);
+  room.presence.find_gone(kRules, room.votes, room.map);
   EXPECT_TRUE(room.map.history.past.empty());
 }
 
@@ -141,7 +148,7 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
        {std::tuple(kChair, 0.4, true), std::tuple(kSofa, 0.4, false), std::tuple(kChair, 1.1, false)}) {
     Room room;
     const LabelSlot before = room.seen(kChair);
-    const LabelSlot after = room.seen(class_id);
+    const LabelSlot after = room.seen_from(60, class_id);
     const LabelSlot other = room.seen(kChair);
     const PanopticId id = room.map.objects.id_of(before);
     const Vec3d low(0.4, -0.2, 0);
@@ -150,7 +157,7 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
                   solid_box({-0.2, 0.5, 0}, {0.2, 0.8, 0.4}, other)});
     room.look_through(before, 1);
     come_up(room, low, high);
-    room.presence.find_gone(kNow, room.votes, room.map);
+    room.presence.find_gone(kRules, room.votes, room.map);
     room.presence.find_arrivals(room.map);
     ASSERT_EQ(room.map.history.past.size(), 1U);
     ASSERT_EQ(room.map.history.arrivals.size(), 1U) << "the other one was always there";
@@ -162,6 +169,46 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
       EXPECT_GT(arrival.confidence, 0.6);
     }
   }
+}
+
+// A chair goes in frame 50, and another one of its size came when the first was still there, or after that.
+TEST(ObjectPresence, WhatCameWhileTheOtherWasStillSeenIsAnotherOne) {
+  for (const bool is_late : {false, true}) {
+    Room room;
+    const LabelSlot before = room.seen(kChair);  // in frames 0 to 19
+    const LabelSlot after = room.seen_from(is_late ? 20 : 19, kChair);
+    const Vec3d low(0.4, -0.2, 0);
+    const Vec3d high(0.8, 0.2, 0.4);
+    add_to(room, {solid_box({-0.9, -0.2, 0}, {-0.5, 0.2, 0.4}, before), solid_box(low, high, after)});
+    room.look_through(before, 0);
+    come_up(room, low, high);
+    room.presence.find_gone(kRules, room.votes, room.map);
+    room.presence.find_arrivals(room.map);
+    ASSERT_EQ(room.map.history.past.size(), 1U);
+    EXPECT_EQ(room.map.history.past[0].moved_to != PanopticId::kUnknown, is_late);
+  }
+}
+
+TEST(ObjectPresence, AMoveThatWasToldStaysWhenTheThingGoesAgain) {
+  Room room;
+  const LabelSlot first = room.seen(kChair);
+  const LabelSlot second = room.seen_from(60, kChair);
+  const PanopticId second_id = room.map.objects.id_of(second);
+  const Vec3d low(0.4, -0.2, 0);
+  const Vec3d high(0.8, 0.2, 0.4);
+  add_to(room, {solid_box({-0.9, -0.2, 0}, {-0.5, 0.2, 0.4}, first), solid_box(low, high, second)});
+  room.look_through(first, 0);
+  come_up(room, low, high);
+  room.presence.find_gone(kRules, room.votes, room.map);
+  room.presence.find_arrivals(room.map);
+  ASSERT_EQ(room.map.history.past[0].moved_to, second_id);
+  room.look_through(second, 1, 90);
+  room.presence.find_gone(kRules, room.votes, room.map);
+  room.map.prune();
+  room.presence.find_arrivals(room.map);
+  ASSERT_EQ(room.map.history.past.size(), 2U);
+  EXPECT_EQ(room.map.history.past[0].moved_to, second_id);
+  EXPECT_TRUE(room.map.history.arrivals.empty());
 }
 
 }  // namespace

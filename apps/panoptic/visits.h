@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// `run --in`: a run that goes on from the saved map of earlier visits.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "apps/panoptic/arguments.h"
+#include "panoptic/mapping/checkpoint.h"
+#include "panoptic/run_outputs.h"
+
+namespace panoptic {
+
+// The arguments of a run of all visits, the earlier map's and the one that the arguments name. Writes their list beside the map
+// file. Throws Error.
+Arguments with_earlier_visits(const Arguments& arguments);
+
+// The map that the run begins with; nothing without --in.
+std::optional<EarlierMap> earlier_map(const Arguments& arguments, const RunSummary& summary);
+
+// The frames of the earlier visits that were used.
+struct EarlierFrames {
+  std::uint64_t used = 0;
+  std::uint64_t labelled = 0;
+  double last_s = 0;  // time of the last one
+};
+EarlierFrames earlier_frames(const Arguments& arguments, const RunSummary& summary, const Checkpoints* checkpoints);
+
+// Prints where to ask what has changed since then.
+void tell_changes(const std::string& map, const EarlierFrames& earlier);
+
+}  // namespace panoptic
