@@ -15,6 +15,7 @@
 #include "panoptic/base/image_header.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
+#include "panoptic/io/dataset_confidence.h"
 #include "panoptic/io/dataset_frame.h"
 #include "panoptic/io/dataset_left_out.h"
 #include "panoptic/io/pose_list.h"
@@ -54,6 +55,16 @@ Image<float> read_depth(const FileRecording& recording, const FileFrame& frame) 
   std::transform(whole.data(), whole.data() + whole.size(), whole.data(),
                  [&](std::uint16_t value) { return std::rotr(value, recording.depth_bits_turned); });
   return to_metres(whole, recording.calibration);
+}
+
+// Depth without the readings that are too unsure.
+Image<float> read_sure_depth(const FileRecording& recording, const FileFrame& frame) {
+  Image<float> depth = read_depth(recording, frame);
+  if (!recording.has_confidence) return depth;
+  if (frame.confidence.empty()) throw Unusable{"confidence image missing"};
+  const Outcome outcome = leave_out_unsure(recording.root, frame.confidence, depth);
+  if (!outcome.used) throw Unusable{outcome.reason};
+  return depth;
 }
 
 Image<Rgb> read_color(const FileRecording& recording, const FileFrame& frame) {
@@ -134,9 +145,37 @@ auto usual_image(const FileRecording& recording, const Read& read) {
       *std::max_element(images.begin(), images.end(), [&](const auto& a, const auto& b) { return as_large(a) < as_large(b); }));
 }
 
+std::size_t readings_in(const Image<float>& depth) {
+  return static_cast<std::size_t>(std::count_if(depth.data(), depth.data() + depth.size(), [](float z) { return z > 0; }));
+}
+
+// The share of the readings that are left out for their confidence, in a few frames spread over the recording.
+std::optional<std::string> unsure_readings(const FileRecording& recording) {
+  constexpr std::size_t kSample = 20;
+  constexpr double kPercent = 100;
+  const std::size_t count = recording.frames.size();
+  std::size_t frames = 0;
+  std::size_t all = 0;
+  std::size_t used = 0;
+  for (std::size_t i = 0; recording.has_confidence && i < std::min(kSample, count); ++i) {
+    const FileFrame& frame = recording.frames[i * count / std::min(kSample, count)];
+    try {
+      const Image<float> sure = read_sure_depth(recording, frame);
+      all += readings_in(read_depth(recording, frame));
+      used += readings_in(sure);
+      ++frames;
+    } catch (const Unusable&) {  // told when the frame is read
+    }
+  }
+  if (all == 0) return std::nullopt;
+  return fmt::format("{:.1f} % of the depth readings, whose confidence is the lowest (in {} images looked at)",
+                     kPercent * static_cast<double>(all - used) / static_cast<double>(all), frames);
+}
+
 RecordingNotes notes_of(const FileRecording& recording) {
   const Calibration& c = recording.calibration;
   RecordingNotes notes{recording.assumed, files_left_out(recording), c.depth_scale};
+  if (auto unsure = unsure_readings(recording)) notes.left_out.push_back(std::move(*unsure));
   constexpr const char* kRemedy = "; --calibration FILE.toml gives others";
   if (c.camera_is_assumed) {
     notes.assumed.push_back(fmt::format("focal length {:.1f}, {:.1f} pixels at {}x{}, since no file gives it{}", c.depth.fx,
@@ -205,11 +244,14 @@ ReadResult FileDataset::read(std::size_t position) const {
     RawFrame raw{frame.number, frame.time_s, read_pose(recording_, frame), {}, {}};
     // Before the costly decoding.
     if (const Outcome outcome = check_pose(raw.pose); !outcome.used) return skipped(frame.number, outcome.reason);
-    raw.depth = read_depth(recording_, frame);
+    raw.depth = read_sure_depth(recording_, frame);
     raw.color = read_color(recording_, frame);
-    return finish(std::move(raw), recording_.calibration);
+    if (!frame.camera) return finish(std::move(raw), recording_.calibration);
+    return finish(std::move(raw), with_camera(recording_.calibration, *frame.camera, frame.depth));
   } catch (const Unusable& e) {
     return skipped(frame.number, e.reason);
+  } catch (const Error& e) {  // intrinsics of another shape
+    return skipped(frame.number, e.what());
   }
 }
 

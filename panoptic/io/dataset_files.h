@@ -25,6 +25,8 @@ struct FileFrame {
   std::string pose_file;                // a 4x4 matrix in a file of its own,
   std::optional<Eigen::Matrix4d> pose;  // or one that is known already
   std::string problem;                  // why the frame cannot be used, if that is known already
+  std::string confidence;               // an image of the depth readings' levels, of which 0 is the lowest
+  std::optional<Camera> camera;         // of this frame alone, as Calibration::depth is of all; colour is registered to depth
 };
 
 // Another order that a list of poses may have: that of the images' names as text.
@@ -41,6 +43,7 @@ struct FileRecording {
   std::vector<std::string> assumed = {};  // RecordingNotes
   int depth_bits_turned = 0;              // whole readings are stored with their bits turned to the left by so many
   OtherOrder other_order = {};            // until settle_pose_order
+  bool has_confidence = false;            // a frame without such an image cannot be used
 };
 
 // One position for every number that has a colour or a depth image, in numeric order. Frames are taken to be 1/30 s apart.
