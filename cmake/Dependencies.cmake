@@ -20,6 +20,12 @@ find_package(TinyGLTF REQUIRED)
 if(PANOPTIC_PARALLEL STREQUAL "tbb")
   find_package(TBB REQUIRED)
 endif()
+# io/ alone: the videos of phones. Without it, a recording with a video says how to extract the images.
+find_package(FFmpegParts QUIET)
+option(PANOPTIC_VIDEO "read videos (FFmpeg's libraries)" ${FFmpegParts_FOUND})
+if(PANOPTIC_VIDEO AND NOT FFmpegParts_FOUND)
+  message(FATAL_ERROR "PANOPTIC_VIDEO needs libavformat-dev, libavcodec-dev and libswscale-dev")
+endif()
 # tracking/ alone: the pose graph
 find_package(CeresParts REQUIRED)
 # planning/ alone: the navigation mesh, the octree

@@ -68,7 +68,9 @@ Image<float> read_sure_depth(const FileRecording& recording, const FileFrame& fr
 }
 
 Image<Rgb> read_color(const FileRecording& recording, const FileFrame& frame) {
-  return read_image(recording, frame.color, "colour", [](const std::filesystem::path& path) { return read_rgb(path); });
+  return read_image(recording, frame.color, "colour", [&](const std::filesystem::path& path) {
+    return frame.video_image ? recording.video->read(*frame.video_image) : read_rgb(path);
+  });
 }
 
 Eigen::Matrix4d read_pose(const FileRecording& recording, const FileFrame& frame) {
@@ -100,7 +102,8 @@ bool is_one_channel_of_16_bits(const std::filesystem::path& path) {
 
 [[noreturn]] void refuse_recording(const FileRecording& recording, const std::string& first_reason) {
   const FileFrame* first = recording.frames.empty() ? nullptr : &recording.frames.front();
-  if (first != nullptr && !first->color.empty() && is_one_channel_of_16_bits(recording.root / first->color)) {
+  if (first != nullptr && !first->color.empty() && !first->video_image &&
+      is_one_channel_of_16_bits(recording.root / first->color)) {
     throw Error(
         fmt::format("{}: {} recording whose colour and depth are swapped: {} has one channel of 16 bits, as depth has, and {} is "
                     "no depth image ({}); swap the folders or columns",
@@ -210,7 +213,9 @@ std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& d
 
 FileDataset::FileDataset(FileRecording recording) : recording_(std::move(recording)) {
   const DepthImage depth = usual_image(recording_, read_raw_depth);
-  const ImageSize color = size_of(usual_image(recording_, read_color));
+  const Video* video = recording_.video.get();
+  const ImageSize color =
+      video != nullptr ? ImageSize{video->width(), video->height()} : size_of(usual_image(recording_, read_color));
   Calibration& calibration = recording_.calibration;
   if (calibration.scale_is_assumed && std::holds_alternative<Image<float>>(depth)) calibration.depth_scale = 1;  // metres
   calibration = fitted(calibration, size_of(depth), color, recording_.root.string());

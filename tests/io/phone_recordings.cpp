@@ -53,6 +53,28 @@ void write_arkitscenes(const fs::path& root) {
   write_text(root / "lowres_wide.traj", trajectory);
 }
 
+Camera stray_camera(int i) { return {kColorSize.width, kColorSize.height, 45 + 0.25 * i, 46.5, 23.25 - 0.125 * i, 17.75}; }
+
+void write_stray(const fs::path& root, const StrayKind& kind) {
+  std::string odometry = "timestamp, frame, x, y, z, qx, qy, qz, qw";
+  odometry += kind.own_intrinsics ? ", fx, fy, cx, cy\n" : "\n";
+  for (int i = 0; i < kFrameCount; ++i) {
+    if (kind.images) write_color(root / "rgb" / fmt::format("{:06}.jpg", i + kind.first_image), color_image(i));
+    write_depth(root / "depth" / fmt::format("{:06}.png", i), raw_depth(i));
+    write_confidence(root / "confidence" / fmt::format("{:06}.png", i), confidence_image());
+    const Pose pose(pose_matrix(i));
+    const Eigen::Quaterniond q(pose.linear());
+    const Vec3d t = pose.translation();
+    odometry +=
+        fmt::format("{}, {:06}, {}, {}, {}, {}, {}, {}, {}", 100.5 + i, i, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    const Camera c = stray_camera(i);
+    odometry += kind.own_intrinsics ? fmt::format(", {}, {}, {}, {}\n", c.fx, c.fy, c.cx, c.cy) : "\n";
+  }
+  write_text(root / "odometry.csv", odometry);
+  const Camera c = stray_camera();
+  write_text(root / "camera_matrix.csv", fmt::format("{}, 0.0, {}\n0.0, {}, {}\n0.0, 0.0, 1.0", c.fx, c.cx, c.fy, c.cy));
+}
+
 Vec3d seen_at(const Frame& frame, int u, int v) {
   return frame.world_from_camera * back_project(frame.depth_camera, u, v, frame.depth(u, v));
 }
@@ -61,8 +83,14 @@ void expect_phone_frame(const ReadResult& result, int i, const Camera& camera, i
   ASSERT_TRUE(result.frame) << result.skipped.reason;
   const Frame& frame = *result.frame;
   EXPECT_EQ(check(frame).reason, "");
-  EXPECT_EQ(frame.depth_camera, camera);
-  EXPECT_EQ(frame.color_camera, resized(camera, frame.color.width(), frame.color.height()));
+  const auto expect_camera = [](const Camera& actual, const Camera& expected) {
+    ASSERT_EQ(actual.width, expected.width);
+    ASSERT_EQ(actual.height, expected.height);
+    for (const auto number : {&Camera::fx, &Camera::fy, &Camera::cx, &Camera::cy})
+      ASSERT_NEAR(actual.*number, expected.*number, 1e-12);
+  };
+  expect_camera(frame.depth_camera, resized(camera, kDepthSize.width, kDepthSize.height));
+  expect_camera(frame.color_camera, resized(camera, frame.color.width(), frame.color.height()));
   EXPECT_LT((frame.world_from_camera.matrix() - pose_matrix(i)).cwiseAbs().maxCoeff(), 1e-12);
   const Image<std::uint16_t> raw = raw_depth(i);
   ASSERT_TRUE(frame.depth.same_size(raw.width(), raw.height()));

@@ -21,10 +21,22 @@ Camera own_camera(int i);
 // ARKitScenes: images at 10.0, 10.1, ... s.
 void write_arkitscenes(const std::filesystem::path& root);
 
+// The matrix of the colour images, and that of a frame where each has its own.
+Camera stray_camera(int i = 0);
+
+// Stray Scanner: extracted images or none, and no column of intrinsics, unless wanted.
+struct StrayKind {
+  bool images = true;
+  bool own_intrinsics = false;
+  int first_image = 0;  // the number in its name
+};
+void write_stray(const std::filesystem::path& root, const StrayKind& kind = {});
+
 // The point of the world that a pixel of a frame shows.
 Vec3d seen_at(const Frame& frame, int u, int v);
 
-// Frame i but for the confidence of its first row: depth of the others, pose, colour, and the given camera of depth.
+// Frame i but for the confidence of its first row: depth of the others, pose, colour, and the given camera scaled to either
+// image.
 void expect_phone_frame(const ReadResult& result, int i, const Camera& camera, int color_tolerance = 0);
 
 // Depth of one distance, `value`, as it is stored.
