@@ -26,6 +26,7 @@ std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder, 
 std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);  // NICE-SLAM layout
 std::optional<FileRecording> recognise_arkitscenes(const std::filesystem::path& folder, const PairingOptions& pairing);
 std::optional<FileRecording> recognise_stray(const std::filesystem::path& folder, const PairingOptions& pairing);
+std::optional<FileRecording> recognise_record3d(const std::filesystem::path& folder);
 std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder, const PairingOptions& pairing);
 // Also Open3D's recorder and Semantic-NeRF.
 std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder, const PairingOptions& pairing);

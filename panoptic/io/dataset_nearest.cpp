@@ -52,6 +52,7 @@ const std::vector<FormatParts>& formats() {
         {"camera_matrix.csv", {"camera_matrix.csv"}},
         {"depth/", {"depth"}},
         {"rgb.mp4 (or rgb/)", {"rgb.mp4", "rgb"}}}},
+      {"Record3D", {{"metadata.json", {"metadata.json"}}, {"rgb/", {"rgb"}}, {"depth/", {"depth"}}}},
       {"Open3D recorder",
        {{"color/", {"color"}},
         {"depth/", {"depth"}},
@@ -151,7 +152,7 @@ std::string packed_in(const std::vector<std::string>& names) {
                              {"*.tar.gz", "unpack it"},
                              {"*.7z", "unpack it"},
                              {"metadata.yaml", "the bag that it describes (.db3, .mcap) is not beside it"},
-                             {"*.r3d", ".r3d is not read: export it in the app (EXR + RGB), and give its poses as poses.txt"},
+                             {"*.r3d", ".r3d is not read: export it in the app as EXR + RGB, which is a folder EXR_RGBD"},
                              {"*.mkv", "a video is not read: export its images (ffmpeg -i FILE color/%06d.png)"},
                              {"*.mp4", "a video is not read: export its images (ffmpeg -i FILE color/%06d.png)"},
                              {"*.h264", "the ScanNet app's files are not read: convert them to .sens"}};
