@@ -33,15 +33,17 @@ struct FolderFormat {
 };
 
 // Formats in the order in which they are tried: the more telling layouts first.
-constexpr std::array<FolderFormat, 11> kFolderFormats = {{
+constexpr std::array<FolderFormat, 12> kFolderFormats = {{
     {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
-    {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
+    {"ScanNet C++ export (_info.txt, frame-*.depth.pgm) or BundleFusion (info.txt, frame-*.depth.png)",
+     recognise_scannet_cpp_export},
     {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
     {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum, true},
     {"Replica (traj.txt, results/)", recognise_replica},
     {"ARKitScenes (lowres_wide/, lowres_depth/, lowres_wide.traj)", nullptr, recognise_arkitscenes, true},
     {"Stray Scanner (odometry.csv, camera_matrix.csv, depth/, rgb.mp4 or rgb/)", nullptr, recognise_stray},
     {"Record3D (metadata.json, rgb/, depth/, also in EXR_RGBD/)", recognise_record3d},
+    {"RTAB-Map export (rgb/, depth/, calib/, camera_poses.txt, also after a name)", nullptr, recognise_rtabmap},
     {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", nullptr, recognise_sun3d},
     {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF", nullptr,
      recognise_plain_folder},
