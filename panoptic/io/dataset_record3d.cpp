@@ -99,7 +99,8 @@ void give_confidence(FileRecording& recording, const fs::path& root) {
 
 std::optional<FileRecording> recognise_record3d(const fs::path& folder) {
   const fs::path root = is_there(folder / "EXR_RGBD" / kMetadata) ? folder / "EXR_RGBD" : folder;
-  if (!is_there(root / kMetadata) || !is_folder(root / "rgb") || !is_folder(root / "depth")) return std::nullopt;
+  const bool has_parts = is_there(root / kMetadata) && is_folder(root / "rgb") && is_folder(root / "depth");
+  if (!has_parts || pose_file_in(root)) return std::nullopt;  // with a list of poses it is somebody else's
   const std::string path = (root / kMetadata).string();
   const Json json = read_json_file(root / kMetadata);
   const JsonValue metadata(json, path);

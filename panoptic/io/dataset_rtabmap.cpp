@@ -127,6 +127,7 @@ std::optional<ExportNames> names_of(const fs::path& folder) {
     for (const std::string& file : {names.prefix + "camera_poses.txt", names.prefix + "poses.txt"}) {
       if (names.poses.empty() && is_there(folder / file)) names.poses = file;
     }
+    if (files_in(folder, name, std::array<std::string_view, 1>{".yaml"}).empty()) continue;
     names.of_robot = !names.prefix.empty() && names.poses == names.prefix + "poses.txt";
     return names;
   }
@@ -152,7 +153,7 @@ void give_calibrations(FileRecording& recording, const std::string& folder, std:
   Calibration& calibration = recording.calibration;
   for (FileFrame& frame : recording.frames) {
     const std::string stem = (fs::path(folder) / stem_of_frame(frame)).string();
-    robot_from_camera.push_back(Eigen::Matrix4d::Identity());
+    robot_from_camera.emplace_back(Eigen::Matrix4d::Identity());
     if (is_there(recording.root / (stem + "_0.yaml")))
       throw Error(fmt::format("{}: images of several cameras beside each other are not read", recording.root.string()));
     try {
@@ -177,7 +178,7 @@ void give_calibrations(FileRecording& recording, const std::string& folder, std:
     differs = differs || (frame.camera && *frame.camera != calibration.depth);
     frame.camera.reset();
   }
-  if (differs) recording.assumed.push_back("all images have the intrinsics of the first, since the lens has a distortion");
+  if (differs) recording.assumed.emplace_back("all images have the intrinsics of the first, since the lens has a distortion");
 }
 
 void give_stamped_poses(FileRecording& recording, const ExportNames& names,

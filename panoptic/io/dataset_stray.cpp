@@ -277,6 +277,7 @@ void sort_by_number(FileRecording& recording) {
 std::optional<FileRecording> recognise_stray(const fs::path& folder, const PairingOptions& pairing) {
   const bool has_color = is_there(folder / kVideo) || is_folder(folder / kImages);
   const bool has_odometry = is_there(folder / kOdometry);
+  if (!is_there(folder / kMatrix) && pose_file_in(folder)) return std::nullopt;  // somebody else's
   if (!is_folder(folder / "depth") || !(has_odometry || (has_color && is_there(folder / kMatrix)))) return std::nullopt;
   if (!has_odometry && !pairing.without_poses) {
     throw NoPoses(

@@ -230,7 +230,7 @@ struct Video::Decoder {
 
 bool reads_videos() { return true; }
 
-Video::Video(std::filesystem::path path) : decoder_(std::make_unique<Decoder>(path)) {}
+Video::Video(const std::filesystem::path& path) : decoder_(std::make_unique<Decoder>(path)) {}
 Video::~Video() = default;
 
 std::size_t Video::size() const { return decoder_->images.size(); }
@@ -262,7 +262,7 @@ struct Video::Decoder {};
 
 bool reads_videos() { return false; }
 
-Video::Video(std::filesystem::path path) {
+Video::Video(const std::filesystem::path& path) {
   const std::string folder = (path.parent_path() / path.stem()).string();
   throw Error(fmt::format(
       "{0}: this build reads no videos: install libavformat-dev, libavcodec-dev and libswscale-dev and build anew, or "

@@ -21,7 +21,7 @@ class Video {
  public:
   // Walks over the file once, decoding nothing. Throws Error naming it if it holds no images, its images are too large, it is
   // none of these files, or this build reads no videos, with the command that extracts the images.
-  explicit Video(std::filesystem::path path);
+  explicit Video(const std::filesystem::path& path);
   ~Video();
   Video(const Video&) = delete;
   Video& operator=(const Video&) = delete;

@@ -84,5 +84,15 @@ TEST(PhoneFrames, AreThoseOfAPlainFolderToTheLastBit) {
   expect_same(folder / "stray", *plain);
 }
 
+TEST(PhoneFrames, DoNotHidePlainFoldersWithFilesOfTheSameNames) {
+  const fs::path root = fresh_folder("plain");
+  write_plain(root);
+  fs::rename(root / "images", root / "rgb");
+  write_text(root / "metadata.json", "{}");
+  write_text(root / "odometry.csv", "0 0 0\n");
+  write_text(root / "calib/K.txt", "1 1 0 0\n");
+  EXPECT_EQ(open_recording(root)->description(), "plain folder, 4 frames, depth 32x24, colour 32x24");
+}
+
 }  // namespace
 }  // namespace panoptic::test
