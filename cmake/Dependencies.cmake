@@ -20,6 +20,17 @@ find_package(TinyGLTF REQUIRED)
 if(PANOPTIC_PARALLEL STREQUAL "tbb")
   find_package(TBB REQUIRED)
 endif()
+# io/ alone: the videos of phones. Without it, a recording with a video says how to extract the images.
+set(PANOPTIC_VIDEO AUTO CACHE STRING "read videos by FFmpeg's libraries: ON, OFF, or AUTO: where they are found")
+set_property(CACHE PANOPTIC_VIDEO PROPERTY STRINGS AUTO ON OFF)
+set(PANOPTIC_READS_VIDEO FALSE)
+if(PANOPTIC_VIDEO STREQUAL "AUTO" OR PANOPTIC_VIDEO)
+  find_package(FFmpegParts QUIET)
+  set(PANOPTIC_READS_VIDEO ${FFmpegParts_FOUND})
+  if(NOT FFmpegParts_FOUND AND NOT PANOPTIC_VIDEO STREQUAL "AUTO")
+    message(FATAL_ERROR "PANOPTIC_VIDEO needs libavformat-dev, libavcodec-dev and libswscale-dev")
+  endif()
+endif()
 # tracking/ alone: the pose graph
 find_package(CeresParts REQUIRED)
 # planning/ alone: the navigation mesh, the octree

@@ -46,4 +46,5 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/panopticConfigVersion.cma
 install(FILES ${PROJECT_BINARY_DIR}/panopticConfig.cmake ${PROJECT_BINARY_DIR}/panopticConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/FindOpenCVParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindOnnxRuntime.cmake
   ${PROJECT_SOURCE_DIR}/cmake/FindTurboJPEG.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLZ4.cmake ${PROJECT_SOURCE_DIR}/cmake/FindRecast.cmake
-  ${PROJECT_SOURCE_DIR}/cmake/FindOctoMapParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindCeresParts.cmake DESTINATION ${_package} COMPONENT dev)
+  ${PROJECT_SOURCE_DIR}/cmake/FindOctoMapParts.cmake ${PROJECT_SOURCE_DIR}/cmake/FindCeresParts.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/FindFFmpegParts.cmake DESTINATION ${_package} COMPONENT dev)

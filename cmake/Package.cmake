@@ -54,6 +54,9 @@ set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "panoptic (= ${PROJECT_VERSION}), libeigen3
 zlib1g-dev, libtinygltf-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-dnn-dev, libpng-dev, libturbojpeg0-dev, libtiff-dev, libopenexr-dev, \
 libsqlite3-dev, libzstd-dev, liblz4-dev, libbz2-dev, librecast-dev, liboctomap-dev, libceres-dev, libembree-dev, \
 libzip-dev, zipcmp, zipmerge, ziptool, libtinyobjloader-dev, libnanoflann-dev")
+if(PANOPTIC_READS_VIDEO)
+  string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libavformat-dev, libavcodec-dev, libswscale-dev")
+endif()
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and static libraries of panoptic
  find_package(panoptic) finds them.")
 set(CPACK_DEBIAN_PYTHON-DEB_PACKAGE_NAME python3-panoptic)

@@ -14,9 +14,6 @@
 
 namespace panoptic {
 
-// Poses are interpolated between neighbours that are closer. At 2 m/s^2 a straight line is then off by 10 mm at most.
-constexpr double kMaxPoseGap_s = 0.2;
-
 class TransformTree {
  public:
   void add(const PoseMessage& transform, bool is_static);

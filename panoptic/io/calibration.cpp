@@ -170,4 +170,12 @@ Calibration fitted(const Calibration& calibration, ImageSize depth, ImageSize co
   return result;
 }
 
+Calibration with_camera(Calibration calibration, const Camera& camera, const std::string& source) {
+  const ImageSize depth{calibration.depth.width, calibration.depth.height};
+  const ImageSize color{calibration.color->width, calibration.color->height};
+  calibration.depth = fitted(camera, depth, "depth", source);
+  calibration.color = fitted(camera, color, "colour", source);
+  return calibration;
+}
+
 }  // namespace panoptic

@@ -54,4 +54,7 @@ Pose pose_of(const std::vector<double>& rotation, const std::vector<double>& tra
 // or the shapes differ by more than 2 %.
 Calibration fitted(const Calibration& calibration, ImageSize depth, ImageSize color, const std::string& source);
 
+// The same fitted calibration with this camera in place of both, scaled to their sizes. Throws Error as `fitted` does.
+Calibration with_camera(Calibration calibration, const Camera& camera, const std::string& source);
+
 }  // namespace panoptic

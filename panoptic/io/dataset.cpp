@@ -33,12 +33,17 @@ struct FolderFormat {
 };
 
 // Formats in the order in which they are tried: the more telling layouts first.
-constexpr std::array<FolderFormat, 8> kFolderFormats = {{
+constexpr std::array<FolderFormat, 12> kFolderFormats = {{
     {"ScanNet export (color/, depth/, pose/ or poses/, also under frames/)", recognise_scannet_export},
-    {"ScanNet C++ export (_info.txt, frame-*.depth.pgm)", recognise_scannet_cpp_export},
+    {"ScanNet C++ export (_info.txt, frame-*.depth.pgm) or BundleFusion (info.txt, frame-*.depth.png)",
+     recognise_scannet_cpp_export},
     {"7-Scenes or 3DMatch (frame-*.depth.png, or a seq-XX folder of them)", recognise_seven_scenes},
     {"TUM RGB-D (rgb.txt and depth.txt, or associations.txt)", nullptr, recognise_tum, true},
     {"Replica (traj.txt, results/)", recognise_replica},
+    {"ARKitScenes (lowres_wide/, lowres_depth/, lowres_wide.traj)", nullptr, recognise_arkitscenes, true},
+    {"Stray Scanner (odometry.csv, camera_matrix.csv, depth/, rgb.mp4 or rgb/)", nullptr, recognise_stray},
+    {"Record3D (metadata.json, rgb/, depth/, also in EXR_RGBD/)", recognise_record3d},
+    {"RTAB-Map export (rgb/, depth/, calib/, camera_poses.txt, also after a name)", nullptr, recognise_rtabmap},
     {"SUN3D (image/, depth/, extrinsics/, intrinsics.txt)", nullptr, recognise_sun3d},
     {"plain folder (images/, depth/, poses.txt or poses/, K.txt), also of Open3D's recorder and Semantic-NeRF", nullptr,
      recognise_plain_folder},
@@ -78,6 +83,26 @@ std::optional<fs::path> find_sens_file(const fs::path& path) {
 std::unique_ptr<Dataset> open_with_choice(const std::string& name, const fs::path& calibration, const PairingOptions& pairing) {
   const fs::path bag = path_of_recording(name);
   return open_bag_as(bag, parse_bag_choice(name.substr(bag.native().size() + 1)), calibration, pairing);
+}
+
+// Reads a calibration file. Cameras that it gives hold for all frames.
+void override_calibration(FileRecording& recording, const fs::path& path) {
+  const Calibration before = recording.calibration;
+  Calibration& now = recording.calibration;
+  read_calibration(path, now);
+  const bool has_cameras = now.depth != before.depth || now.color != before.color || now.color_distortion.has_value() ||
+                           now.depth_distortion != before.depth_distortion;
+  bool had_own = false;
+  for (FileFrame& frame : recording.frames) {
+    if (!has_cameras) break;
+    had_own = had_own || frame.camera.has_value();
+    frame.camera.reset();
+    if (frame.problem.starts_with("no intrinsics")) frame.problem.clear();
+  }
+  if (had_own) {
+    recording.assumed.push_back(
+        fmt::format("the intrinsics in {} hold for all frames, in place of each one's own", path.string()));
+  }
 }
 
 void forget_poses(FileRecording& recording) {
@@ -120,7 +145,7 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
     std::optional<FileRecording> recording = format(path, pairing);
     if (!recording) continue;
     if (pairing.tolerance_s && !format.is_paired_by_time) refuse_pairing(path, recording->format);
-    if (!calibration.empty()) read_calibration(calibration, recording->calibration);
+    if (!calibration.empty()) override_calibration(*recording, calibration);
     pairing.without_poses ? forget_poses(*recording) : require_poses(*recording);
     settle_pose_order(*recording);
     return std::make_unique<FileDataset>(std::move(*recording));

@@ -15,6 +15,7 @@
 #include "panoptic/base/image_header.h"
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
+#include "panoptic/io/dataset_confidence.h"
 #include "panoptic/io/dataset_frame.h"
 #include "panoptic/io/dataset_left_out.h"
 #include "panoptic/io/pose_list.h"
@@ -56,8 +57,20 @@ Image<float> read_depth(const FileRecording& recording, const FileFrame& frame) 
   return to_metres(whole, recording.calibration);
 }
 
+// Depth without the readings that are too unsure.
+Image<float> read_sure_depth(const FileRecording& recording, const FileFrame& frame) {
+  Image<float> depth = read_depth(recording, frame);
+  if (!recording.has_confidence) return depth;
+  if (frame.confidence.empty()) throw Unusable{"confidence image missing"};
+  const Outcome outcome = leave_out_unsure(recording.root, frame.confidence, depth);
+  if (!outcome.used) throw Unusable{outcome.reason};
+  return depth;
+}
+
 Image<Rgb> read_color(const FileRecording& recording, const FileFrame& frame) {
-  return read_image(recording, frame.color, "colour", [](const std::filesystem::path& path) { return read_rgb(path); });
+  return read_image(recording, frame.color, "colour", [&](const std::filesystem::path& path) {
+    return frame.video_image ? recording.video->read(*frame.video_image) : read_rgb(path);
+  });
 }
 
 Eigen::Matrix4d read_pose(const FileRecording& recording, const FileFrame& frame) {
@@ -89,7 +102,8 @@ bool is_one_channel_of_16_bits(const std::filesystem::path& path) {
 
 [[noreturn]] void refuse_recording(const FileRecording& recording, const std::string& first_reason) {
   const FileFrame* first = recording.frames.empty() ? nullptr : &recording.frames.front();
-  if (first != nullptr && !first->color.empty() && is_one_channel_of_16_bits(recording.root / first->color)) {
+  if (first != nullptr && !first->color.empty() && !first->video_image &&
+      is_one_channel_of_16_bits(recording.root / first->color)) {
     throw Error(
         fmt::format("{}: {} recording whose colour and depth are swapped: {} has one channel of 16 bits, as depth has, and {} is "
                     "no depth image ({}); swap the folders or columns",
@@ -134,9 +148,37 @@ auto usual_image(const FileRecording& recording, const Read& read) {
       *std::max_element(images.begin(), images.end(), [&](const auto& a, const auto& b) { return as_large(a) < as_large(b); }));
 }
 
+std::size_t readings_in(const Image<float>& depth) {
+  return static_cast<std::size_t>(std::count_if(depth.data(), depth.data() + depth.size(), [](float z) { return z > 0; }));
+}
+
+// The share of the readings that are left out for their confidence, in a few frames spread over the recording.
+std::optional<std::string> unsure_readings(const FileRecording& recording) {
+  constexpr std::size_t kSample = 20;
+  constexpr double kPercent = 100;
+  const std::size_t count = recording.frames.size();
+  std::size_t frames = 0;
+  std::size_t all = 0;
+  std::size_t used = 0;
+  for (std::size_t i = 0; recording.has_confidence && i < std::min(kSample, count); ++i) {
+    const FileFrame& frame = recording.frames[i * count / std::min(kSample, count)];
+    try {
+      const Image<float> sure = read_sure_depth(recording, frame);
+      all += readings_in(read_depth(recording, frame));
+      used += readings_in(sure);
+      ++frames;
+    } catch (const Unusable&) {  // told when the frame is read
+    }
+  }
+  if (all == 0) return std::nullopt;
+  return fmt::format("{:.1f} % of the depth readings, whose confidence is the lowest (in {} images looked at)",
+                     kPercent * static_cast<double>(all - used) / static_cast<double>(all), frames);
+}
+
 RecordingNotes notes_of(const FileRecording& recording) {
   const Calibration& c = recording.calibration;
   RecordingNotes notes{recording.assumed, files_left_out(recording), c.depth_scale};
+  if (auto unsure = unsure_readings(recording)) notes.left_out.push_back(std::move(*unsure));
   constexpr const char* kRemedy = "; --calibration FILE.toml gives others";
   if (c.camera_is_assumed) {
     notes.assumed.push_back(fmt::format("focal length {:.1f}, {:.1f} pixels at {}x{}, since no file gives it{}", c.depth.fx,
@@ -171,7 +213,9 @@ std::vector<FileFrame> joined(const NumberedFiles& color, const NumberedFiles& d
 
 FileDataset::FileDataset(FileRecording recording) : recording_(std::move(recording)) {
   const DepthImage depth = usual_image(recording_, read_raw_depth);
-  const ImageSize color = size_of(usual_image(recording_, read_color));
+  const Video* video = recording_.video.get();
+  const ImageSize color =
+      video != nullptr ? ImageSize{video->width(), video->height()} : size_of(usual_image(recording_, read_color));
   Calibration& calibration = recording_.calibration;
   if (calibration.scale_is_assumed && std::holds_alternative<Image<float>>(depth)) calibration.depth_scale = 1;  // metres
   calibration = fitted(calibration, size_of(depth), color, recording_.root.string());
@@ -205,11 +249,14 @@ ReadResult FileDataset::read(std::size_t position) const {
     RawFrame raw{frame.number, frame.time_s, read_pose(recording_, frame), {}, {}};
     // Before the costly decoding.
     if (const Outcome outcome = check_pose(raw.pose); !outcome.used) return skipped(frame.number, outcome.reason);
-    raw.depth = read_depth(recording_, frame);
+    raw.depth = read_sure_depth(recording_, frame);
     raw.color = read_color(recording_, frame);
-    return finish(std::move(raw), recording_.calibration);
+    if (!frame.camera) return finish(std::move(raw), recording_.calibration);
+    return finish(std::move(raw), with_camera(recording_.calibration, *frame.camera, frame.depth));
   } catch (const Unusable& e) {
     return skipped(frame.number, e.reason);
+  } catch (const Error& e) {  // intrinsics of another shape
+    return skipped(frame.number, e.what());
   }
 }
 

@@ -6,12 +6,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "panoptic/io/calibration.h"
 #include "panoptic/io/dataset_text.h"
+#include "panoptic/io/video.h"
 #include "panoptic/source.h"
 
 namespace panoptic {
@@ -22,9 +24,12 @@ struct FileFrame {
   double time_s = 0;
   std::string color;
   std::string depth;
-  std::string pose_file;                // a 4x4 matrix in a file of its own,
-  std::optional<Eigen::Matrix4d> pose;  // or one that is known already
-  std::string problem;                  // why the frame cannot be used, if that is known already
+  std::string pose_file;                   // a 4x4 matrix in a file of its own,
+  std::optional<Eigen::Matrix4d> pose;     // or one that is known already
+  std::string problem;                     // why the frame cannot be used, if that is known already
+  std::string confidence;                  // an image of the depth readings' levels, of which 0 is the lowest
+  std::optional<Camera> camera;            // of this frame alone, as Calibration::depth is of all; colour is registered to depth
+  std::optional<std::size_t> video_image;  // `color` is the recording's video, and the image is this one of it
 };
 
 // Another order that a list of poses may have: that of the images' names as text.
@@ -41,6 +46,8 @@ struct FileRecording {
   std::vector<std::string> assumed = {};  // RecordingNotes
   int depth_bits_turned = 0;              // whole readings are stored with their bits turned to the left by so many
   OtherOrder other_order = {};            // until settle_pose_order
+  bool has_confidence = false;            // a frame without such an image cannot be used
+  std::shared_ptr<const Video> video = {};
 };
 
 // One position for every number that has a colour or a depth image, in numeric order. Frames are taken to be 1/30 s apart.

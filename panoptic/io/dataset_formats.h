@@ -20,10 +20,14 @@ struct PairingOptions {
 };
 
 std::optional<FileRecording> recognise_scannet_export(const std::filesystem::path& folder);      // the Python exporter's
-std::optional<FileRecording> recognise_scannet_cpp_export(const std::filesystem::path& folder);  // also 3RScan
+std::optional<FileRecording> recognise_scannet_cpp_export(const std::filesystem::path& folder);  // also 3RScan, BundleFusion
 std::optional<FileRecording> recognise_seven_scenes(const std::filesystem::path& folder);        // also 3DMatch
 std::optional<FileRecording> recognise_tum(const std::filesystem::path& folder, const PairingOptions& pairing);  // also ICL-NUIM
 std::optional<FileRecording> recognise_replica(const std::filesystem::path& folder);  // NICE-SLAM layout
+std::optional<FileRecording> recognise_arkitscenes(const std::filesystem::path& folder, const PairingOptions& pairing);
+std::optional<FileRecording> recognise_stray(const std::filesystem::path& folder, const PairingOptions& pairing);
+std::optional<FileRecording> recognise_record3d(const std::filesystem::path& folder);
+std::optional<FileRecording> recognise_rtabmap(const std::filesystem::path& folder, const PairingOptions& pairing);
 std::optional<FileRecording> recognise_sun3d(const std::filesystem::path& folder, const PairingOptions& pairing);
 // Also Open3D's recorder and Semantic-NeRF.
 std::optional<FileRecording> recognise_plain_folder(const std::filesystem::path& folder, const PairingOptions& pairing);

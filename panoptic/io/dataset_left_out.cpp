@@ -29,7 +29,7 @@ bool is_image(const std::string& name) {
 NamesByFolder used_files(const FileRecording& recording) {
   NamesByFolder used;
   for (const FileFrame& frame : recording.frames) {
-    for (const std::string* file : {&frame.color, &frame.depth, &frame.pose_file}) {
+    for (const std::string* file : {&frame.color, &frame.depth, &frame.pose_file, &frame.confidence}) {
       const fs::path path = fs::path(*file).lexically_normal();
       if (!file->empty()) used[path.parent_path().string()].insert(path.filename().string());
     }

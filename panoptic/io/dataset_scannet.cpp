@@ -156,13 +156,16 @@ std::optional<FileRecording> recognise_scannet_export(const fs::path& folder) {
 
 std::optional<FileRecording> recognise_scannet_cpp_export(const fs::path& folder) {
   constexpr std::array<std::string_view, 2> kColor = {".color.jpg", ".color.png"};
-  constexpr std::array<std::string_view, 1> kDepth = {".depth.pgm"};
+  constexpr std::array<std::string_view, 2> kDepth = {".depth.pgm", ".depth.png"};
   constexpr std::array<std::string_view, 1> kPose = {".pose.txt"};
-  if (!is_there(folder / "_info.txt")) return std::nullopt;
+  // BundleFusion's authors used the same library (niessner/mLib) and another name.
+  const bool is_bundle_fusion = !is_there(folder / "_info.txt");
+  const fs::path info_file = folder / (is_bundle_fusion ? "info.txt" : "_info.txt");
+  if (!is_there(info_file)) return std::nullopt;
   const NumberedFiles depth = numbered_files(folder, "", "frame-", kDepth);
   if (depth.empty()) return std::nullopt;
-  const InfoFile info(folder / "_info.txt");
-  FileRecording recording{"ScanNet C++ export", folder, {}, {}};
+  const InfoFile info(info_file);
+  FileRecording recording{is_bundle_fusion ? "BundleFusion" : "ScanNet C++ export", folder, {}, {}};
   recording.calibration.depth = info.camera("Depth");
   recording.calibration.color = info.camera("Color");
   recording.calibration.depth_scale = info.positive("m_depthShift");

@@ -15,6 +15,10 @@ namespace panoptic {
 // Between the images of a pair unless the user says otherwise, and to the nearest pose.
 constexpr double kMaxTimeDifference_s = 0.02;
 
+// Poses of a moving device are interpolated between neighbours that are closer. At 2 m/s^2 a straight line is then off by 10 mm
+// at most.
+constexpr double kMaxPoseGap_s = 0.2;
+
 // Indices into two lists; nothing = no partner.
 struct TimePair {
   std::optional<std::size_t> color;

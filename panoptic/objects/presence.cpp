@@ -271,7 +271,7 @@ void ObjectPresence::find_arrivals(PanopticMap& map) const {
     LabelSlot label = LabelSlot::kUnknown;
     PastObject* past = nullptr;
   };
-  // What came and went again stays as it was told.
+  // Moves of things that are gone again stay as they were told.
   for (PastObject& past : map.history.past) {
     if (map.objects.find(past.moved_to) != nullptr) past.moved_to = PanopticId::kUnknown;
   }
@@ -284,7 +284,7 @@ void ObjectPresence::find_arrivals(PanopticMap& map) const {
     const std::vector<VoxelIndex> voxels = voxels_of(label, map.voxels);
     const ExtentBox box = trimmed_box(voxels, double{map.voxels.voxel_size_m()});
     for (PastObject& past : map.history.past) {
-      // What was seen at its old place after it was seen here is another one.
+      // A thing that was seen at its old place after this one came is another one.
       const bool may_be = past.class_id == map.objects.class_of(label) && past.last_frame < object.first_frame &&
                           past.moved_to == PanopticId::kUnknown;
       if (!may_be) continue;

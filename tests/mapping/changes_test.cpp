@@ -142,7 +142,7 @@ TEST(Changes, AreTheSameAfterAnInterruptionAndInTheMapFile) {
   EXPECT_TRUE(changed_since(spans, 5).empty());
 }
 
-// What is found to be gone at the very end is cleared after the last checkpoint.
+// An object that is found to be gone at the very end is cleared after the last checkpoint.
 TEST(Changes, FoundAtTheEndAreInAFileThatWasSavedRightBefore) {
   const auto path = fresh_folder() / "map.panoptic";
   Options late = options();
