@@ -297,6 +297,21 @@ void add_result(RunSummary& summary, const MappingResult& result) {
 
 namespace {
 
+// nullptr if nobody wants to look on.
+std::unique_ptr<ViewerServer> open_viewer(const Arguments& arguments, const Mapper& mapper, const Dataset& dataset,
+                                          LatestSnapshot& latest) {
+  if (!arguments.view) return nullptr;
+  return std::make_unique<ViewerServer>(viewer_options_from(arguments),
+                                        scene_of(mapper, title_of(arguments.dataset), dataset.description()), latest);
+}
+
+void tell_start(const RunSummary& summary, const ViewerServer* viewer) {
+  fmt::print("{}\nlabels    {}\n", summary.dataset,
+             summary.predictor == kNoPredictor ? "none: mapping geometry and colour" : summary.predictor);
+  if (viewer != nullptr) fmt::print("look at   {}\n", viewer->url());
+  std::fflush(stdout);
+}
+
 int map_recording(const Arguments& arguments) {
   const FrameRange range = frame_range_from(arguments);
   const Options options = options_from(arguments);
@@ -310,19 +325,11 @@ int map_recording(const Arguments& arguments) {
   const auto predictor = make_predictor(arguments.online ? with_shared_threads(options) : options, *dataset);
   Mapper mapper(placed, labels_of(options, predictor.get()));
   LatestSnapshot latest;
-  std::unique_ptr<ViewerServer> viewer;
-  if (arguments.view) {
-    viewer = std::make_unique<ViewerServer>(viewer_options_from(arguments),
-                                            scene_of(mapper, title_of(arguments.dataset), dataset->description()), latest);
-  }
+  const std::unique_ptr<ViewerServer> viewer = open_viewer(arguments, mapper, *dataset, latest);
   watch_for_interrupt();
-  fmt::print("{}\nlabels    {}\n", dataset->description(),
-             predictor ? predictor_text(options, arguments.dataset) : "none: mapping geometry and colour");
-  if (viewer) fmt::print("look at   {}\n", viewer->url());
-  std::fflush(stdout);
-
   RunSummary summary = summary_of(arguments, *dataset);
   summary.predictor = predictor ? predictor_text(options, arguments.dataset) : kNoPredictor;
+  tell_start(summary, viewer.get());
   const auto checkpoints = keep_map_file(arguments, placed, summary, opened.is_tracked, mapper);
   const Stopwatch stopwatch;
   MappingResult result = [&] {
