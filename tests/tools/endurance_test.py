@@ -10,7 +10,8 @@ import unittest
 
 PROGRAM = sys.argv.pop() if len(sys.argv) > 1 else None
 ROOM = "sim:1,rooms=1,frames=8"
-SMALL = ("--resize", "0.25", "--set", "map.voxel_size_m=0.05", "--set", "objects.every_frames=10", "--set", "regularizer.every_frames=40")
+# Networks that err see a cat now and then, and a thing of a mobile class hides the surface of its frame: in 8 frames that shows.
+SMALL = ("--set", "moving.classes=false", "--resize", "0.25", "--set", "map.voxel_size_m=0.05", "--set", "objects.every_frames=10", "--set", "regularizer.every_frames=40")
 
 
 def endured(folder, recording, *arguments):
