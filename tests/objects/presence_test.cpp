@@ -171,19 +171,24 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
   }
 }
 
+// The first of two things of one size is gone, and the second came.
+void one_goes_and_one_comes(Room& room, LabelSlot first, LabelSlot second) {
+  const Vec3d low(0.4, -0.2, 0);
+  const Vec3d high(0.8, 0.2, 0.4);
+  add_to(room, {solid_box({-0.9, -0.2, 0}, {-0.5, 0.2, 0.4}, first), solid_box(low, high, second)});
+  room.look_through(first, 0);
+  come_up(room, low, high);
+  room.presence.find_gone(kRules, room.votes, room.map);
+  room.presence.find_arrivals(room.map);
+}
+
 // A chair goes in frame 50, and another one of its size came when the first was still there, or after that.
 TEST(ObjectPresence, WhatCameWhileTheOtherWasStillSeenIsAnotherOne) {
   for (const bool is_late : {false, true}) {
     Room room;
     const LabelSlot before = room.seen(kChair);  // in frames 0 to 19
     const LabelSlot after = room.seen_from(is_late ? 20 : 19, kChair);
-    const Vec3d low(0.4, -0.2, 0);
-    const Vec3d high(0.8, 0.2, 0.4);
-    add_to(room, {solid_box({-0.9, -0.2, 0}, {-0.5, 0.2, 0.4}, before), solid_box(low, high, after)});
-    room.look_through(before, 0);
-    come_up(room, low, high);
-    room.presence.find_gone(kRules, room.votes, room.map);
-    room.presence.find_arrivals(room.map);
+    one_goes_and_one_comes(room, before, after);
     ASSERT_EQ(room.map.history.past.size(), 1U);
     EXPECT_EQ(room.map.history.past[0].moved_to != PanopticId::kUnknown, is_late);
   }
@@ -194,13 +199,7 @@ TEST(ObjectPresence, AMoveThatWasToldStaysWhenTheThingGoesAgain) {
   const LabelSlot first = room.seen(kChair);
   const LabelSlot second = room.seen_from(60, kChair);
   const PanopticId second_id = room.map.objects.id_of(second);
-  const Vec3d low(0.4, -0.2, 0);
-  const Vec3d high(0.8, 0.2, 0.4);
-  add_to(room, {solid_box({-0.9, -0.2, 0}, {-0.5, 0.2, 0.4}, first), solid_box(low, high, second)});
-  room.look_through(first, 0);
-  come_up(room, low, high);
-  room.presence.find_gone(kRules, room.votes, room.map);
-  room.presence.find_arrivals(room.map);
+  one_goes_and_one_comes(room, first, second);
   ASSERT_EQ(room.map.history.past[0].moved_to, second_id);
   room.look_through(second, 1, 90);
   room.presence.find_gone(kRules, room.votes, room.map);
