@@ -37,15 +37,15 @@ std::vector<VoxelIndex> voxels_of(const LostSurface& lost) {
   return all;
 }
 
-// The surface voxels with this label.
-std::vector<VoxelIndex> voxels_of(LabelSlot label, const VoxelMap& map) {
-  std::vector<VoxelIndex> all;
-  for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    visit_surface(map.block(slot), map.index_of(slot), map.voxel_size_m(), [&](LabelSlot own, const VoxelIndex& at) {
-      if (own == label) all.push_back(at);
+// The surface voxels with these labels, which ascend, in one pass over the map.
+std::map<LabelSlot, std::vector<VoxelIndex>> voxels_of(const std::vector<LabelSlot>& labels, const VoxelMap& map) {
+  std::map<LabelSlot, std::vector<VoxelIndex>> voxels;
+  for (Slot slot = 0; slot < map.block_count() && !labels.empty(); ++slot) {
+    visit_surface(map.block(slot), map.index_of(slot), map.voxel_size_m(), [&](LabelSlot label, const VoxelIndex& at) {
+      if (std::binary_search(labels.begin(), labels.end(), label)) voxels[label].push_back(at);
     });
   }
-  return all;
+  return voxels;
 }
 
 // The box around the voxels without the outermost fiftieth at either end of each axis: masks reach over borders now and then.
@@ -233,7 +233,7 @@ void ObjectPresence::find_gone(const Rules& rules, FrameVotes& votes, PanopticMa
       ++entry;
       continue;
     }
-    std::vector<VoxelIndex> voxels = voxels_of(object.slot, map.voxels);
+    std::vector<VoxelIndex> voxels = voxels_of(std::vector{object.slot}, map.voxels)[object.slot];
     const std::vector<VoxelIndex> lost_voxels = voxels_of(lost);
     voxels.insert(voxels.end(), lost_voxels.begin(), lost_voxels.end());
     PastObject past = past_of(object, map.objects);
@@ -278,10 +278,9 @@ void ObjectPresence::find_arrivals(PanopticMap& map) const {
   map.history.arrivals.clear();
   if (state_.came_up.empty()) return;
   std::vector<Match> matches;
-  for (const LabelSlot label : appeared(map)) {
+  for (const auto& [label, voxels] : voxels_of(appeared(map), map.voxels)) {
     const Object& object = *map.objects.find(label);
     map.history.arrivals[object.id] = {};
-    const std::vector<VoxelIndex> voxels = voxels_of(label, map.voxels);
     const ExtentBox box = trimmed_box(voxels, double{map.voxels.voxel_size_m()});
     for (PastObject& past : map.history.past) {
       // A thing that was seen at its old place after this one came is another one.
