@@ -9,9 +9,9 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/io/doctor.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/parallel.h"
 #include "panoptic/simulation.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {

@@ -23,6 +23,7 @@ struct Frame {
   Pose color_from_depth = Pose::Identity();   // a point of the depth camera's frame in the colour camera's frame
   Pose world_from_camera = Pose::Identity();  // the depth camera
   SharedImage<float> depth;                   // metres, planar z; 0 and all that is no positive number: no reading
+  SharedImage<float> depth_weight;            // of each reading beside others of its depth, in (0, 1]; empty: all count 1
   SharedImage<Rgb> color;                     // as the colour camera saw it
 };
 
@@ -30,7 +31,7 @@ struct Frame {
 Frame kept(Frame frame);
 
 // Whether a frame can be used: not with a pose that is NaN or no rigid motion, a camera without sound intrinsics or wider than
-// 150 degrees, images of another size than their cameras', no colour, or no depth reading at all.
+// 150 degrees, images of another size than their cameras', no colour, no depth reading at all, or a reading of no sound weight.
 Outcome check(const Frame& frame);
 
 }  // namespace panoptic

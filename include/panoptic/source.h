@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/error.h"
 #include "panoptic/frame.h"
 
 namespace panoptic {
@@ -74,6 +75,17 @@ class Dataset {
 // (simulation.h).
 std::unique_ptr<Dataset> open_recording(const std::filesystem::path& path, const std::filesystem::path& calibration = {},
                                         std::optional<double> pair_tolerance_s = {});
+
+// Thrown by open_recording: all is there but poses.
+class NoPoses : public Error {
+ public:
+  using Error::Error;
+};
+
+// The same for a camera that is to be tracked (camera_tracker.h): the pose of every frame is the identity, whatever the recording
+// says. Throws Error also for a list of recordings, which are tracked one by one.
+std::unique_ptr<Dataset> open_without_poses(const std::filesystem::path& path, const std::filesystem::path& calibration = {},
+                                            std::optional<double> pair_tolerance_s = {});
 
 // Positions begin, begin + step, ... below end. "A:B:STEP", each part optional; B excluded; counts positions, not numbers in
 // file names.

@@ -30,10 +30,22 @@ bool has_reading(const ImageView<float>& depth) {
   return any;
 }
 
+bool has_sound_weights(const Frame& frame) {
+  for (int v = 0; v < frame.depth.height(); ++v) {
+    const float* depth = frame.depth.row(v);
+    const float* weight = frame.depth_weight.row(v);
+    for (int u = 0; u < frame.depth.width(); ++u) {
+      if (depth[u] > 0 && !(weight[u] > 0 && weight[u] <= 1)) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Frame kept(Frame frame) {
   frame.depth = frame.depth.kept();
+  frame.depth_weight = frame.depth_weight.kept();
   frame.color = frame.color.kept();
   return frame;
 }
@@ -54,7 +66,11 @@ Outcome check(const Frame& frame) {
   if (!frame.color.same_size(frame.color_camera.width, frame.color_camera.height))
     return Outcome::refused("colour image has the wrong size");
   if (!is_rigid(frame.color_from_depth)) return Outcome::refused("colour camera pose is not a rigid transform");
-  return has_reading(frame.depth) ? Outcome{} : Outcome::refused("depth image has no reading");
+  if (!has_reading(frame.depth)) return Outcome::refused("depth image has no reading");
+  if (frame.depth_weight.empty()) return {};
+  if (!frame.depth_weight.same_size(frame.depth.width(), frame.depth.height()))
+    return Outcome::refused("image of depth weights has another size than the depth image");
+  return has_sound_weights(frame) ? Outcome{} : Outcome::refused("a depth weight is not above 0 and at most 1");
 }
 
 }  // namespace panoptic

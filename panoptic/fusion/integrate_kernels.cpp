@@ -82,7 +82,8 @@ template <bool Grazing>
 }
 
 // Distance and weight for the voxels of the brick that begins at `first`. Returns a bit for every one that is observed.
-[[gnu::always_inline]] static inline std::uint64_t weigh(const Band& band, int first, BricksScratch& s) {
+[[gnu::always_inline]] static inline std::uint64_t weigh(const KernelFrame& frame, const Band& band, int first,
+                                                         BricksScratch& s) {
   alignas(64) std::uint8_t observed[kBrickVoxels];
   for (int k = 0; k < kBrickVoxels; ++k) {
     const int i = first + k;
@@ -92,6 +93,9 @@ template <bool Grazing>
     const float weight = observation_weight(use ? s.depth[i] : 1.0F, distance, band);
     s.distance[k] = distance;
     s.weight[k] = use ? weight : 0.0F;
+  }
+  if (frame.depth_weight != nullptr) {
+    for (int k = 0; k < kBrickVoxels; ++k) s.weight[k] *= frame.depth_weight[s.pixel[first + k]];
   }
   for (int k = 0; k < kBrickVoxels; ++k) observed[k] = s.weight[k] > 0 ? 1 : 0;
   return bits_of(observed);
@@ -133,7 +137,7 @@ template <bool LabelsOnly>
                                                         BricksScratch& s, VoxelBlock& block) {
   const FusionRules rules{frame.votes, frame.max_weight};
   BrickObservations o;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled as far as it is read
-  const std::uint64_t observed = weigh(band, first, s);
+  const std::uint64_t observed = weigh(frame, band, first, s);
   Brick& brick = block.brick(number);
   if constexpr (LabelsOnly) {
     if ((observed & brick.stored()) == 0) return;

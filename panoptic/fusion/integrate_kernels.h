@@ -34,6 +34,7 @@ struct KernelFrame {
   float max_weight = std::numeric_limits<float>::infinity();  // of a voxel (MapOptions)
   bool labels_only = false;                                   // label, label weight and sum of votes alone are updated
   const float* scale = nullptr;                               // per pixel, of signed distances (grazing.h); nullptr: all 1
+  const float* depth_weight = nullptr;                        // per pixel, of readings (Frame); nullptr: all 1
 };
 
 // The truncation band around the surface: half width, and how far behind the surface the weight starts to drop. Metres.

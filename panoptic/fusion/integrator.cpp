@@ -28,6 +28,7 @@ Integrator::Integrator(const IntegratorOptions& options, const VoxelMap& map, st
 
 FrameView Integrator::view_of(const Frame& frame, const RegisteredFrame& registered, std::span<const LabelSlot> labels) const {
   FrameView view = depth_view(frame, registered);
+  view.pixels.depth_weight = registered.depth_weight.empty() ? nullptr : registered.depth_weight.data();
   view.pixels.color = registered.color.data();
   view.pixels.label = labels.data();
   view.pixels.votes = votes_;

@@ -63,6 +63,7 @@ struct RayLine {
   float direction[3];
   float range;
   float depth;
+  float weight;  // of the reading
 };
 
 // Values that all rays through a block have in common.
@@ -154,7 +155,7 @@ void observe(const RayFrame& frame, const RayLine& line, const std::uint16_t* vo
           (ray.range - (ray.direction[0] * x + (ray.direction[1] * y + ray.direction[2] * z))) * f.band.voxel_size_m;
       const float capped = along < band.truncation_m ? along : band.truncation_m;
       const float distance = capped > -band.truncation_m ? capped : -band.truncation_m;
-      const float weight = observation_weight(ray.depth, distance, band);
+      const float weight = observation_weight(ray.depth, distance, band) * ray.weight;
       distances[k] = distance;
       weights[k] = weight;
       targets[k] = weight > 0 ? i : static_cast<std::int32_t>(kNoVoxel);
@@ -238,6 +239,7 @@ class PassageFuser {
     for (std::size_t a = 0; a < 3; ++a) line.direction[a] = rays_.direction[a][pixel];
     line.range = rays_.range[pixel];
     line.depth = view_.pixels.depth[pixel];
+    line.weight = view_.pixels.depth_weight == nullptr ? 1.0F : view_.pixels.depth_weight[pixel];
     const auto word = static_cast<std::int32_t>(words_.count);
     for (std::size_t begin = 0; begin < count; begin += kernels::kStep) {
       std::fill_n(batch_.ray + batch_.count + begin, kernels::kStep, word);

@@ -189,6 +189,7 @@ void Registration::resize(const Frame& frame) {
   result_.color.resize(padded);
   result_.segment.resize(padded);
   result_.depth.back() = 0;
+  result_.depth_weight.assign(frame.depth_weight.empty() ? 0 : padded, 1.0F);
   result_.color.back() = 0;
   result_.segment.back() = RegisteredFrame::kNoSegment;
   cell_px_ = cell_size_px(frame.color_camera, frame.depth_camera);
@@ -210,6 +211,11 @@ void Registration::clean_depth(const Frame& frame, Band& band) {
         kernels::clean_row(options_, frame.depth.row(row), result_.depth.data() + result_.index(row), result_.width);
     band.readings += clean.readings;
     band.farthest_m = std::max(band.farthest_m, clean.farthest_m);
+    if (frame.depth_weight.empty()) continue;
+    // Those of pixels without a reading can be anything, and must not be NaN.
+    const float* weights = frame.depth_weight.row(row);
+    std::transform(weights, weights + result_.width, result_.depth_weight.data() + result_.index(row),
+                   [](float weight) { return weight > 0 ? weight : 1.0F; });
   }
 }
 

@@ -26,6 +26,7 @@ struct RegisteredFrame {
   int width = 0;
   int height = 0;
   std::vector<float> depth;            // metres; 0 = no (usable) reading
+  std::vector<float> depth_weight;     // Frame::depth_weight; empty: all 1
   std::vector<std::uint32_t> color;    // 0xFFrrggbb; 0 = not seen by the colour camera
   std::vector<std::uint16_t> segment;  // as Segmentation::segment_at, or kNoSegment
 

@@ -10,7 +10,7 @@
 
 #include "panoptic/base/files.h"
 #include "panoptic/error.h"
-#include "panoptic/io/open_without_poses.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {

@@ -11,7 +11,6 @@
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_order.h"
 #include "panoptic/io/recording_list.h"
 #include "panoptic/io/sens.h"
@@ -137,7 +136,7 @@ std::unique_ptr<Dataset> open_absolute(const fs::path& path, const fs::path& cal
   if (!is_there(path)) throw Error(fmt::format("{}: no such file or folder; give the path of a recording", path.string()));
   if (const auto sens = find_sens_file(path)) {
     if (pairing.tolerance_s) refuse_pairing(path, ".sens");
-    return std::make_unique<SensDataset>(*sens, calibration);
+    return std::make_unique<SensDataset>(*sens, calibration, pairing.without_poses);
   }
   if (is_file(path) && is_bag_recording(path)) return open_bag_as(path, {}, calibration, pairing);
   if (!is_folder(path)) not_recognised(path);

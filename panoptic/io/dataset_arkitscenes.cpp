@@ -15,8 +15,8 @@
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/time_pairing.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {

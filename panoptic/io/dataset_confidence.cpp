@@ -12,7 +12,9 @@
 
 namespace panoptic {
 
-Outcome leave_out_unsure(const std::filesystem::path& root, const std::string& file, Image<float>& depth) {
+Outcome weigh_by_confidence(const std::filesystem::path& root, const std::string& file, Image<float>& depth,
+                            Image<float>& weight) {
+  constexpr float kMedium = 0.5F;
   try {
     if (!is_there(root / file)) return Outcome::refused(fmt::format("confidence image missing: {}", file));
     const Image<std::uint16_t> levels = read_gray16(root / file);
@@ -20,7 +22,11 @@ Outcome leave_out_unsure(const std::filesystem::path& root, const std::string& f
       return Outcome::refused(fmt::format("confidence image is {}x{}, and the depth image {}x{}", levels.width(), levels.height(),
                                           depth.width(), depth.height()));
     }
-    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = levels[i] == 0 ? 0.0F : depth[i];
+    weight = Image<float>(depth.width(), depth.height());
+    for (std::size_t i = 0; i < depth.size(); ++i) {
+      depth[i] = levels[i] == 0 ? 0.0F : depth[i];
+      weight[i] = levels[i] == 1 ? kMedium : 1.0F;
+    }
     return {};
   } catch (const Error& e) {
     return Outcome::refused(fmt::format("confidence image unreadable: {}", e.what()));

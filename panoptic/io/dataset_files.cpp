@@ -57,14 +57,19 @@ Image<float> read_depth(const FileRecording& recording, const FileFrame& frame) 
   return to_metres(whole, recording.calibration);
 }
 
-// Depth without the readings that are too unsure.
-Image<float> read_sure_depth(const FileRecording& recording, const FileFrame& frame) {
-  Image<float> depth = read_depth(recording, frame);
-  if (!recording.has_confidence) return depth;
+// Depth without the readings that are too unsure, and the weights of the others.
+struct WeighedDepth {
+  Image<float> depth;
+  Image<float> weight;
+};
+
+WeighedDepth read_weighed_depth(const FileRecording& recording, const FileFrame& frame) {
+  WeighedDepth read{read_depth(recording, frame), {}};
+  if (!recording.has_confidence) return read;
   if (frame.confidence.empty()) throw Unusable{"confidence image missing"};
-  const Outcome outcome = leave_out_unsure(recording.root, frame.confidence, depth);
+  const Outcome outcome = weigh_by_confidence(recording.root, frame.confidence, read.depth, read.weight);
   if (!outcome.used) throw Unusable{outcome.reason};
-  return depth;
+  return read;
 }
 
 Image<Rgb> read_color(const FileRecording& recording, const FileFrame& frame) {
@@ -163,7 +168,7 @@ std::optional<std::string> unsure_readings(const FileRecording& recording) {
   for (std::size_t i = 0; recording.has_confidence && i < std::min(kSample, count); ++i) {
     const FileFrame& frame = recording.frames[i * count / std::min(kSample, count)];
     try {
-      const Image<float> sure = read_sure_depth(recording, frame);
+      const Image<float> sure = read_weighed_depth(recording, frame).depth;
       all += readings_in(read_depth(recording, frame));
       used += readings_in(sure);
       ++frames;
@@ -249,7 +254,9 @@ ReadResult FileDataset::read(std::size_t position) const {
     RawFrame raw{frame.number, frame.time_s, read_pose(recording_, frame), {}, {}};
     // Before the costly decoding.
     if (const Outcome outcome = check_pose(raw.pose); !outcome.used) return skipped(frame.number, outcome.reason);
-    raw.depth = read_sure_depth(recording_, frame);
+    WeighedDepth depth = read_weighed_depth(recording_, frame);
+    raw.depth = std::move(depth.depth);
+    raw.depth_weight = std::move(depth.weight);
     raw.color = read_color(recording_, frame);
     if (!frame.camera) return finish(std::move(raw), recording_.calibration);
     return finish(std::move(raw), with_camera(recording_.calibration, *frame.camera, frame.depth));

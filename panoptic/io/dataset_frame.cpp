@@ -75,6 +75,9 @@ ReadResult finish(RawFrame raw, const Calibration& calibration) {
   frame.color_from_depth = calibration.color_from_depth;
   frame.world_from_camera = camera_pose(raw.pose, calibration);
   frame.depth = calibration.depth_lens ? undistorted(raw.depth, *calibration.depth_lens) : std::move(raw.depth);
+  frame.depth_weight = calibration.depth_lens && !raw.depth_weight.empty()
+                           ? undistorted(raw.depth_weight, *calibration.depth_lens)
+                           : std::move(raw.depth_weight);
   frame.color = calibration.color_lens ? undistorted(raw.color, *calibration.color_lens) : std::move(raw.color);
   return {std::move(frame), {}};
 }

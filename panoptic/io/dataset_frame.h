@@ -19,6 +19,7 @@ struct RawFrame {
   Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();  // as stored: world from the camera that the poses are of
   Image<float> depth;                                  // metres
   Image<Rgb> color;
+  Image<float> depth_weight = {};  // Frame::depth_weight
 };
 
 ReadResult skipped(std::int64_t number, std::string reason);

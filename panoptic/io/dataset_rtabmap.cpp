@@ -18,8 +18,8 @@
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/dataset_frame.h"
 #include "panoptic/io/image_names.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_list.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {

@@ -19,9 +19,9 @@
 #include "panoptic/error.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_list.h"
 #include "panoptic/io/video.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {

@@ -14,9 +14,9 @@
 #include "panoptic/io/camera_file.h"
 #include "panoptic/io/dataset_formats.h"
 #include "panoptic/io/image_names.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/pose_list.h"
 #include "panoptic/io/time_pairing.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 namespace {

@@ -98,10 +98,16 @@ struct SensDataset::State {
   SensFile file;
   SensIndex index;
   Calibration calibration;  // fitted
+  bool without_poses = false;
+
+  Eigen::Matrix4d pose_of(const FrameHeader& frame) const {
+    return without_poses ? Eigen::Matrix4d(Eigen::Matrix4d::Identity()) : to_double(frame.pose);
+  }
 };
 
-SensDataset::SensDataset(const std::filesystem::path& path, const std::filesystem::path& calibration)
+SensDataset::SensDataset(const std::filesystem::path& path, const std::filesystem::path& calibration, bool without_poses)
     : state_(std::make_unique<State>(path)) {
+  state_->without_poses = without_poses;
   const std::string& name = state_->file.name();
   state_->index = read_sens_index(state_->file);
   const StreamHeader& h = state_->index.header;
@@ -135,7 +141,7 @@ std::optional<Pose> SensDataset::pose(std::size_t position) const {
   try {
     FrameHeader frame;
     if (!state_->file.read(state_->index.frame_offsets[position], &frame, sizeof(frame))) return std::nullopt;
-    const Eigen::Matrix4d pose = to_double(frame.pose);
+    const Eigen::Matrix4d pose = state_->pose_of(frame);
     return check_pose(pose).used ? std::optional(camera_pose(pose, state_->calibration)) : std::nullopt;
   } catch (const FileError&) {
     return std::nullopt;  // `read` says why
@@ -153,7 +159,7 @@ ReadResult SensDataset::read_frame(std::size_t position) const {
   if (!file.read(offset, &frame, sizeof(frame))) return skipped(number, "frame header unreadable");
   if (frame.color_bytes > kMaxSensBlobBytes || frame.depth_bytes > kMaxSensBlobBytes)
     return skipped(number, "the file changed while in use");
-  RawFrame raw{number, static_cast<double>(frame.depth_time_us) * kMicro, to_double(frame.pose), {}, {}};
+  RawFrame raw{number, static_cast<double>(frame.depth_time_us) * kMicro, state_->pose_of(frame), {}, {}};
   if (frame.depth_time_us == 0) raw.time_s = static_cast<double>(number) / kAssumedRate_hz;
   // Before the costly decoding.
   if (const Outcome outcome = check_pose(raw.pose); !outcome.used) return skipped(number, outcome.reason);

@@ -16,7 +16,9 @@ class SensDataset : public Dataset {
  public:
   // Walks over the frame headers without reading images and checks every size against the file's. Throws Error for a file
   // that is cut off, lies about its sizes, or uses a compression that cannot be read.
-  explicit SensDataset(const std::filesystem::path& path, const std::filesystem::path& calibration = {});
+  // `without_poses`: those of the file are not looked at, as open_without_poses has it.
+  explicit SensDataset(const std::filesystem::path& path, const std::filesystem::path& calibration = {},
+                       bool without_poses = false);
   ~SensDataset() override;
   SensDataset(const SensDataset&) = delete;
   SensDataset& operator=(const SensDataset&) = delete;

@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/simulation.h"
+#include "panoptic/source.h"
 
 namespace panoptic {
 

@@ -92,6 +92,26 @@ TEST(CheckFrame, NamesImagesOfTheWrongSize) {
   EXPECT_EQ(reason_after([](Frame& f) { f.color = Image<Rgb>(4, 3); }), "colour image has the wrong size");
 }
 
+TEST(CheckFrame, NamesDepthWeightsThatAreNone) {
+  Frame frame = good_frame();
+  const Image<float> ones(frame.depth.width(), frame.depth.height(), 1);
+  frame.depth_weight = ones;
+  EXPECT_EQ(check(frame), Outcome{});
+  frame.depth_weight = Image<float>(2, 1, 1);
+  EXPECT_EQ(check(frame).reason, "image of depth weights has another size than the depth image");
+  for (const float wrong : {0.0F, -1.0F, 1.5F, std::numeric_limits<float>::quiet_NaN()}) {
+    Image<float> weights = ones;
+    Image<float> depth(ones.width(), ones.height(), 1);
+    weights[1] = wrong;
+    frame.depth_weight = weights;
+    frame.depth = depth;
+    EXPECT_EQ(check(frame).reason, "a depth weight is not above 0 and at most 1") << wrong;
+    depth[1] = 0;
+    frame.depth = depth;
+    EXPECT_EQ(check(frame), Outcome{}) << "without a reading there: " << wrong;
+  }
+}
+
 TEST(CheckFrame, NamesADepthImageWithoutAnyReading) {
   for (const float nothing : {0.0F, -1.0F, kNaN32, std::numeric_limits<float>::infinity()}) {
     EXPECT_EQ(reason_after([&](Frame& f) { f.depth = Image<float>(4, 3, nothing); }), "depth image has no reading");

@@ -112,16 +112,30 @@ void observe_naively(const Frame& frame, const RegisteredFrame& registered, cons
         test::naive_scale(pixels, {kBand_m, kVoxel_m}, double{kVoxel_m}, static_cast<int>(u), static_cast<int>(v));
     const double d = (z - p.z()) * p.norm() / p.z() * scale;
     if (std::abs(d) >= kBand_m) continue;
-    voxels[static_cast<std::size_t>(i)].observe(d, naive_weight(z, d), labels[pixel], registered.color[pixel]);
+    const double share = frame.depth_weight.empty() ? 1 : frame.depth_weight(static_cast<int>(u), static_cast<int>(v));
+    voxels[static_cast<std::size_t>(i)].observe(d, naive_weight(z, d) * share, labels[pixel], registered.color[pixel]);
   }
 }
 
-TEST(Integrator, ProjectiveEqualsTheNaiveReferenceVoxelByVoxel) {
+// The frames, with another weight for each reading from one pixel to the next, and none where nothing was read.
+std::vector<Frame> weighed(std::vector<Frame> frames) {
+  for (Frame& frame : frames) {
+    Image<float> weight(frame.depth.width(), frame.depth.height());
+    for (std::size_t i = 0; i < weight.size(); ++i) {
+      const bool is_reading = frame.depth[i] > 0;
+      weight[i] = is_reading ? 1.0F / static_cast<float>(1 + i % 5) : std::numeric_limits<float>::quiet_NaN();
+    }
+    frame.depth_weight = std::move(weight);
+  }
+  return frames;
+}
+
+void expect_projective_is_naive(const std::vector<Frame>& frames) {
   VoxelMap map({kVoxel_m, 4});
   Integrator integrator({}, map);
   Registration registration({});
   std::vector<std::vector<NaiveVoxel>> naive;
-  for (const Frame& frame : orbit(6)) {
+  for (const Frame& frame : frames) {
     const RegisteredFrame& registered = registration.apply(frame, test::halves(frame.color_camera));
     const auto labels = labels_of(registered);
     integrator.integrate(frame, registered, labels, map);
@@ -150,6 +164,19 @@ TEST(Integrator, ProjectiveEqualsTheNaiveReferenceVoxelByVoxel) {
   EXPECT_LE(different, observed / 2000) << "of " << observed;  // float and double may round to neighbouring pixels
 }
 
+TEST(Integrator, ProjectiveEqualsTheNaiveReferenceVoxelByVoxel) { expect_projective_is_naive(orbit(6)); }
+TEST(Integrator, ProjectiveEqualsTheNaiveReferenceWithAWeightForEachReading) { expect_projective_is_naive(weighed(orbit(6))); }
+
+TEST(Integrator, WeightsOfOneChangeNoBit) {
+  for (const char* method : {"projective", "raycast"}) {
+    std::vector<Frame> frames = orbit(2);
+    const std::uint64_t hash = fuse_frames(frames, method).hash();
+    for (Frame& frame : frames) frame.depth_weight = Image<float>(frame.depth.width(), frame.depth.height(), 1);
+    EXPECT_EQ(fuse_frames(frames, method).hash(), hash) << method;
+    EXPECT_NE(fuse_frames(weighed(frames), method).hash(), hash) << method;
+  }
+}
+
 TEST(Integrator, TheBlocksItTouchesHoldNearlyAllVoxelsOfTheNaiveReference) {
   const Frame frame = orbit(1)[0];
   Registration registration({});
@@ -173,8 +200,7 @@ TEST(Integrator, TheBlocksItTouchesHoldNearlyAllVoxelsOfTheNaiveReference) {
   EXPECT_LE(missed, inside / 100) << "of " << inside;
 }
 
-TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
-  const std::vector<Frame> frames = orbit(3);
+void expect_raycast_is_naive(const std::vector<Frame>& frames) {
   const VoxelMap map = fuse_frames(frames, "raycast");
   std::map<std::uint64_t, std::vector<Voxel>> naive;
   Registration registration({});
@@ -186,6 +212,7 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
     for (int pixel = 0; pixel < registered.width * registered.height; ++pixel) {
       const float z = registered.depth[static_cast<std::size_t>(pixel)];
       if (z <= 0) continue;
+      const float share = frame.depth_weight.empty() ? 1 : frame.depth_weight[static_cast<std::size_t>(pixel)];
       const Camera& c = frame.depth_camera;
       const Vec3f ray = rotation * Vec3f(static_cast<float>((pixel % c.width - c.cx) / c.fx),
                                          static_cast<float>((pixel / c.width - c.cy) / c.fy), 1);
@@ -197,7 +224,7 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
       test::walk_cells(surface - half, surface + half, [&](int x, int y, int k) {
         const Vec3f center = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(k)) + Vec3f::Constant(0.5F);
         const float d = std::clamp((range - direction.dot(center - origin)) * kVoxel_m, -map.truncation_m(), map.truncation_m());
-        const float w = observation_weight(z, d, {map.truncation_m(), kVoxel_m});
+        const float w = observation_weight(z, d, {map.truncation_m(), kVoxel_m}) * share;
         if (w <= 0) return;
         std::vector<Voxel>& block = naive[pack({x >> 4, y >> 4, k >> 4})];
         block.resize(kBlockVoxels);
@@ -218,6 +245,11 @@ TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
                 std::tuple(b.distance, b.weight, b.label, b.label_weight, b.vote_sum, b.red, b.green, b.blue));
     }
   }
+}
+
+TEST(Integrator, RaycastEqualsTheNaiveLoopOverPixelsBitForBit) {
+  expect_raycast_is_naive(orbit(3));
+  expect_raycast_is_naive(weighed(orbit(3)));
 }
 
 // Distance of a point to the ball or floor of orbit().

@@ -9,7 +9,7 @@
 
 #include "panoptic/bag.h"
 #include "panoptic/base/files.h"
-#include "panoptic/io/open_without_poses.h"
+#include "panoptic/source.h"
 #include "tests/bags/bag_bytes.h"
 #include "tests/expect_error.h"
 #include "tests/fresh_folder.h"

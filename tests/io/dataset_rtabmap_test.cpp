@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "panoptic/io/open_without_poses.h"
+#include "panoptic/source.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/phone_recordings.h"
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/base/files.h"
-#include "panoptic/io/open_without_poses.h"
 #include "panoptic/io/video.h"
+#include "panoptic/source.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/phone_recordings.h"
 #include "tests/io/small_video.h"

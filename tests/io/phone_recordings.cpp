@@ -97,6 +97,8 @@ void expect_phone_frame(const ReadResult& result, int i, const Camera& camera, i
   const auto width = static_cast<std::size_t>(raw.width());
   for (std::size_t k = 0; k < width; ++k) ASSERT_EQ(frame.depth[k], 0) << k;
   for (std::size_t k = width; k < raw.size(); ++k) ASSERT_FLOAT_EQ(frame.depth[k], static_cast<float>(raw[k]) / 1000) << k;
+  ASSERT_TRUE(frame.depth_weight.same_size(raw.width(), raw.height()));
+  for (std::size_t k = width; k < raw.size(); ++k) ASSERT_EQ(frame.depth_weight[k], k / width == 1 ? 0.5F : 1.0F) << k;
   const Image<Rgb> expected = color_image(i, {frame.color.width(), frame.color.height()});
   for (std::size_t k = 0; k < expected.size(); ++k) {
     ASSERT_NEAR(frame.color[k].r, expected[k].r, color_tolerance) << k;

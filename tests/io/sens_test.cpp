@@ -55,6 +55,16 @@ TEST(SensReader, ReadsEveryCompression) {
   }
 }
 
+TEST(SensReader, NeedsNoPosesForACameraThatIsTracked) {
+  const auto dataset = open_without_poses(write_sens(sens_bytes({.lost_frame = 2})));
+  for (std::size_t i = 0; i < 4; ++i) {
+    const ReadResult result = dataset->read(i);
+    ASSERT_TRUE(result.frame) << result.skipped.reason;
+    EXPECT_TRUE(result.frame->world_from_camera.matrix().isIdentity(0));
+    EXPECT_TRUE(dataset->pose(i)->matrix().isIdentity(0));
+  }
+}
+
 TEST(SensReader, OpensTheOnlySensFileOfAFolder) {
   const fs::path path = write_sens(sens_bytes());
   EXPECT_EQ(open_recording(path.parent_path())->size(), 4U);
