@@ -7,13 +7,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <utility>
 
 #include "apps/panoptic/batch_options.h"
 #include "apps/panoptic/commands.h"
 #include "panoptic/base/child_process.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/os.h"
 #include "panoptic/batch/fingerprint.h"
 #include "panoptic/labels.h"
 #include "panoptic/parallel.h"
@@ -214,8 +214,7 @@ void Planner::add_scoring(SceneTask& task) const {
 
 // A task has the cores that Slurm gave it; scenes beside each other on one machine share its cores.
 std::string threads_of_each(const Arguments& a) {
-  const char* const given = std::getenv("SLURM_CPUS_PER_TASK");
-  if (a.slurm_task) return given != nullptr ? given : "";
+  if (a.slurm_task) return os::environment("SLURM_CPUS_PER_TASK");
   const int jobs = a.jobs.value_or(1);
   return jobs > 1 ? fmt::format("{}", std::max(1, thread_count() / jobs)) : "";
 }

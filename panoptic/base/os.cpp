@@ -3,6 +3,7 @@
 #include "panoptic/base/os.h"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -11,6 +12,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <fstream>
 #include <system_error>
 
@@ -164,6 +166,15 @@ std::string host_name() {
 }
 
 bool is_terminal(std::FILE* stream) { return ::isatty(::fileno(stream)) == 1; }
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+void name_thread(std::jthread& thread, const char* name) { ::pthread_setname_np(thread.native_handle(), name); }
+
+bool call_in_children(void (*function)()) { return ::pthread_atfork(nullptr, nullptr, function) == 0; }
 
 }  // namespace os
 

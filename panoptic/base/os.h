@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 namespace panoptic::os {
@@ -75,5 +76,8 @@ std::string reason(int error);  // of an errno, in words
 int process_id();
 std::string host_name();  // empty if there is none
 bool is_terminal(std::FILE* stream);
+std::string environment(const char* name);                 // of the process; empty if it is not set
+void name_thread(std::jthread& thread, const char* name);  // for top and debuggers; at most 15 letters
+bool call_in_children(void (*function)());                 // first thing after a fork, in the child
 
 }  // namespace panoptic::os

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <thread>
 
+#include "panoptic/base/os.h"
 #include "panoptic/error.h"
 
 #ifdef PANOPTIC_PARALLEL_TBB
-#include <pthread.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -62,7 +62,7 @@ void cut_off() {
 
 void begin() {
   workers = std::make_unique<Workers>(thread_count());
-  if (pthread_atfork(nullptr, nullptr, &cut_off) != 0) throw Error("the system has no memory left to watch for forks");
+  if (!os::call_in_children(&cut_off)) throw Error("the system has no memory left to watch for forks");
 }
 
 }  // namespace

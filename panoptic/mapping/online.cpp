@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/online.h"
 
-#include <pthread.h>
-
 #include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "panoptic/base/config.h"
+#include "panoptic/base/os.h"
 #include "panoptic/mapping/online_stages.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/mapping/published_map.h"
@@ -29,7 +28,7 @@ std::jthread start(const char* name, SharedRun& run, void (*stage)(SharedRun&)) 
       fail(run, std::current_exception());
     }
   });
-  pthread_setname_np(thread.native_handle(), name);  // for top and debuggers
+  os::name_thread(thread, name);
   return thread;
 }
 

@@ -174,8 +174,7 @@ void ObjectMaintenance::carve_supports(Pass& pass) const {
   std::vector<bool> unnamed(kLabelSlots, true);
   for (std::size_t id = 1; id < pass.map.labels.first_thing(); ++id) unnamed[id] = false;
   const VoxelsByLabel supports = pass.surface.by_label([&](LabelSlot label) {
-    const ClassId class_id =
-        pass.map.labels.is_object(label) ? pass.map.objects.class_of(label) : static_cast<ClassId>(number(label));
+    const ClassId class_id = pass.map.class_of(label);
     if (class_id != ClassId::kUnknown) unnamed[number(label)] = false;
     return pass.map.labels.is_support(class_id);
   });

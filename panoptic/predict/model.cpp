@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <set>
 #include <sstream>
 
 #include "panoptic/base/config.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/os.h"
 #include "panoptic/error.h"
 #include "panoptic/predict/class_names.h"
 
@@ -161,9 +161,9 @@ Model load_model(const std::filesystem::path& path) {
 std::filesystem::path find_weights(const Model& model, Engine engine) {
   const std::string& file = engine == Engine::kOpenCv && !model.weights_opencv.empty() ? model.weights_opencv : model.weights;
   const std::filesystem::path beside = model.path.parent_path();
-  const char* models = std::getenv("PANOPTIC_MODELS");
+  const std::string models = os::environment("PANOPTIC_MODELS");
   std::vector<std::filesystem::path> tried = {lexical_join(beside, file)};
-  if (models != nullptr && *models != '\0') tried.push_back(lexical_join(models, file));
+  if (!models.empty()) tried.push_back(lexical_join(models, file));
   for (const std::string& folder : model.weights_folders) tried.push_back(lexical_join(beside / folder, file));
   for (const std::filesystem::path& candidate : tried) {
     std::error_code error;
