@@ -110,6 +110,14 @@ SharedImage<float> depth_image(const py::handle& object, std::optional<double> d
   return SharedImage<float>(in_metres(raw, static_cast<float>(1 / *depth_scale)));
 }
 
+SharedImage<float> weight_image(const py::handle& object, Lent& lent) {
+  const py::array array = array_of(object, "depth_weight");
+  if (array.ndim() != 2 || !is_of<float>(array))
+    throw Error(fmt::format("depth_weight is {}: it must be float32 of shape (height, width)", text_of(array)));
+  lent.push_back(array);
+  return SharedImage<float>(pixels_of<float>(array, "depth_weight"));
+}
+
 SharedImage<Rgb> color_image(const py::handle& object, Lent& lent) {
   const py::array array = array_of(object, "color");
   if (array.ndim() != 3 || array.shape(2) != 3 || !is_of<std::uint8_t>(array)) {

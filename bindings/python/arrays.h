@@ -28,6 +28,8 @@ using Lent = std::vector<py::object>;
 // f32 metres, or u16 that `depth_scale` divides to metres; (height, width). Metres are read where they lie, as long as `lent`
 // lives. Throws Error.
 SharedImage<float> depth_image(const py::handle& object, std::optional<double> depth_scale, Lent& lent);
+// f32 (height, width), read where it lies. Throws Error.
+SharedImage<float> weight_image(const py::handle& object, Lent& lent);
 // u8 (height, width, 3), red first; read where it lies. Throws Error.
 SharedImage<Rgb> color_image(const py::handle& object, Lent& lent);
 

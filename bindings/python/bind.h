@@ -44,6 +44,7 @@ void bind_planning(py::module_& m);
 void bind_distances(py::module_& m);
 void bind_navigation(py::module_& m);
 void bind_home_plan(py::module_& m);
+void bind_tracking(py::module_& m);
 
 // Lines that a person should read, as warnings of Python.
 inline void warn(const std::vector<std::string>& lines) {

@@ -27,10 +27,18 @@ Camera color_camera(const FrameArrays& arrays, const Camera& depth_camera, const
 
 std::shared_ptr<Frame> make_frame(const py::object& depth, const py::object& color, const py::object& k, const py::object& pose,
                                   const py::object& color_k, const py::object& color_from_depth,
-                                  std::optional<double> depth_scale, std::int64_t index, double time_s) {
-  const FrameArrays arrays{depth, color, k, pose, color_k, color_from_depth, depth_scale, index, time_s};
+                                  std::optional<double> depth_scale, const py::object& depth_weight, std::int64_t index,
+                                  double time_s) {
+  const FrameArrays arrays{depth, color, k, pose, color_k, color_from_depth, depth_scale, index, time_s, depth_weight};
   const auto made = std::make_shared<LentFrame>(arrays);
   return {made, &made->frame};
+}
+
+// The same images, seen from elsewhere.
+std::shared_ptr<Frame> with_pose(const std::shared_ptr<Frame>& frame, const py::object& pose) {
+  auto moved = std::make_shared<std::pair<std::shared_ptr<Frame>, Frame>>(frame, *frame);
+  moved->second.world_from_camera = pose_from(pose, "pose");
+  return {moved, &moved->second};
 }
 
 Camera make_camera(int width, int height, double fx, double fy, double cx, double cy) { return {width, height, fx, fy, cx, cy}; }
@@ -48,6 +56,7 @@ LentFrame::LentFrame(const FrameArrays& arrays) {
   frame.world_from_camera = pose_from(arrays.pose, "pose");
   if (!arrays.color_from_depth.is_none()) frame.color_from_depth = pose_from(arrays.color_from_depth, "color_from_depth");
   frame.depth = depth_image(arrays.depth, arrays.depth_scale, lent);
+  if (!arrays.depth_weight.is_none()) frame.depth_weight = weight_image(arrays.depth_weight, lent);
   frame.color = color_image(arrays.color, lent);
   frame.depth_camera = camera_from(arrays.k, "K", frame.depth.width(), frame.depth.height());
   frame.color_camera = color_camera(arrays, frame.depth_camera, frame.color);
@@ -76,11 +85,13 @@ u = fx * X / Z + cx, v = fy * Y / Z + cy, with x to the right, y down and z forw
 
 depth: (H, W) float32, metres along the viewing direction, 0 = no reading; or uint16 with depth_scale, raw / depth_scale = metres.
 color: (h, w, 3) uint8, red first. K: (3, 3) or a Camera, pixels. pose: (4, 4) world_from_camera, metres, camera axes x right,
-y down, z forward. color_K and color_from_depth: of a colour camera that is not the depth camera. The frame reads the arrays' memory
-where it lies: leave them as they are while you use it.)")
+y down, z forward. color_K and color_from_depth: of a colour camera that is not the depth camera. depth_weight: (H, W) float32 in (0, 1],
+what each reading counts beside others of its depth. The frame reads the arrays' memory where it lies: leave them as they are while you use
+it.)")
       .def(py::init(&make_frame), py::kw_only(), py::arg("depth"), py::arg("color"), py::arg("K"), py::arg("pose"),
            py::arg("color_K") = py::none(), py::arg("color_from_depth") = py::none(), py::arg("depth_scale") = py::none(),
-           py::arg("index") = 0, py::arg("time_s") = 0.0)
+           py::arg("depth_weight") = py::none(), py::arg("index") = 0, py::arg("time_s") = 0.0)
+      .def("with_pose", &with_pose, py::arg("pose"), "The same images and cameras with another pose, (4, 4) world_from_camera.")
       .def_readonly("index", &Frame::index)
       .def_readonly("time_s", &Frame::time_s)
       .def_readonly("depth_camera", &Frame::depth_camera)
@@ -88,6 +99,13 @@ where it lies: leave them as they are while you use it.)")
       .def_property_readonly(
           "depth", [](const py::object& self) { return image_view<float>(self.cast<const Frame&>().depth, self); },
           "(H, W) float32, metres, 0 = no reading; a view.")
+      .def_property_readonly(
+          "depth_weight",
+          [](const py::object& self) {
+            const ImageView<float>& weight = self.cast<const Frame&>().depth_weight;
+            return weight.empty() ? py::object(py::none()) : py::object(image_view(weight, self));
+          },
+          "(H, W) float32 in (0, 1]: what each reading counts; a view. None: all count 1.")
       .def_property_readonly(
           "color", [](const py::object& self) { return image_view(self.cast<const Frame&>().color, self); },
           "(h, w, 3) uint8, red first; a view.")

@@ -22,6 +22,7 @@ struct FrameArrays {
   std::optional<double> depth_scale;
   std::int64_t index = 0;
   double time_s = 0;
+  py::object depth_weight = py::none();
 
   bool any() const { return !depth.is_none() || !color.is_none() || !k.is_none() || !pose.is_none(); }
 };

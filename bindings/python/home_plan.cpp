@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bindings/python/arrays.h"
+#include "bindings/python/objects.h"
 #include "bindings/python/planning.h"
 
 namespace panoptic::python {
@@ -37,8 +38,6 @@ void save(const PythonPlan& self, const std::filesystem::path& folder) {
     write_home_plan(self.plan, self.labels, folder);
   });
 }
-
-py::object id_or_none(PanopticId id) { return id == PanopticId::kUnknown ? py::none() : py::object(py::int_(number(id))); }
 
 py::array flat(const Eigen::Vector2d& vector) { return py::array_t<double>(2, vector.data()); }
 

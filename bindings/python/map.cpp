@@ -6,6 +6,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "bindings/python/labels.h"
 #include "bindings/python/mesh.h"
 #include "bindings/python/objects.h"
+#include "panoptic/frame_statistics.h"
 #include "panoptic/navigation.h"
 #include "panoptic/run_outputs.h"
 #include "panoptic/surface.h"
@@ -211,6 +213,38 @@ py::list frame_list(const MapView& view) {
   return list;
 }
 
+py::dict dict_of(const ObjectSpan& span, const LabelSet& labels) {
+  return py::dict(py::arg("id") = number(span.id), py::arg("class_id") = number(span.class_id),
+                  py::arg("class_name") = std::string(labels.name_of(span.class_id)),
+                  py::arg("min_m") = vector_of(span.box.min_m), py::arg("max_m") = vector_of(span.box.max_m),
+                  py::arg("first_s") = span.first_s, py::arg("gone_s") = span.gone_s, py::arg("appeared") = span.appeared,
+                  py::arg("moved_from") = id_or_none(span.moved_from), py::arg("moved_to") = id_or_none(span.moved_to));
+}
+
+// The frames of the map: of the file, or of the mapper so far.
+std::vector<FrameRecord> frames_of(const MapView& view) {
+  if (view.mapper == nullptr) return view.frames;
+  std::vector<FrameRecord> frames;
+  for (const TimedPose& pose : view.mapper->frames().trajectory()) {
+    FrameRecord& frame = frames.emplace_back();
+    frame.frame = pose.frame;
+    frame.time_s = pose.time_s;
+  }
+  return frames;
+}
+
+py::list history(const MapView& view, std::optional<double> when, std::optional<double> changes_since) {
+  const Use use(*view.use);
+  if (when && changes_since) throw Error("give `when` or `changes_since`, not both");
+  if (!std::isfinite(when.value_or(0)) || !std::isfinite(changes_since.value_or(0))) throw Error("the time is not finite");
+  std::vector<ObjectSpan> spans = released([&] { return object_spans(view.map, frames_of(view)); });
+  if (when) spans = present_at(spans, *when);
+  if (changes_since) spans = changed_since(spans, *changes_since);
+  py::list list;
+  for (const ObjectSpan& span : spans) list.append(dict_of(span, view.map.labels));
+  return list;
+}
+
 }  // namespace
 
 void bind_map(py::module_& m) {
@@ -232,6 +266,12 @@ load_map gives one, and Mapper.map is one that shows the mapper's state whenever
             return explain_object(v.map, id);
           },
           py::arg("id"), "Why an object is what it is: a dict of probabilities, votes over time, best views and parts.")
+      .def("history", &history, py::arg("when") = py::none(), py::arg("changes_since") = py::none(),
+           R"(When objects were there, those that are gone included, ascending by id. Times are seconds of the recording.
+
+when: those that were there at that time. changes_since: those that came, were moved or were found to be gone after it. A dict each: id,
+class_id, class_name, min_m, max_m (its last place), first_s, gone_s (None: it is there), appeared (it came to a place that had been
+free), moved_from and moved_to (ids; None).)")
       .def("blocks", &blocks, "Every block of voxels, in the order of their making.")
       .def("hash", &hash, "A fingerprint of every voxel bit, as `map_hash` in report.json.")
       .def("mesh", &surface, "The surface, anew at each call; Mapper.mesh does only what changed.")

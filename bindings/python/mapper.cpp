@@ -132,6 +132,33 @@ py::tuple trajectory(const PythonMapper& self) {
   return py::make_tuple(times, matrices);
 }
 
+// A row of three numbers for each box.
+py::array corners(const std::vector<TrackedBox>& boxes, Vec3d TrackedBox::*corner) {
+  std::vector<Vec3d> points;
+  for (const TrackedBox& box : boxes) points.push_back(box.*corner);
+  return rows_of(points);
+}
+
+py::list moving_tracks(const PythonMapper& self) {
+  const Use use(*self.use);
+  py::list list;
+  for (const MovingTrack& track : self.mapper.moving_tracks()) {
+    std::vector<std::int64_t> frames;
+    std::vector<double> times_s;
+    for (const TrackedBox& box : track.boxes) {
+      frames.push_back(box.frame);
+      times_s.push_back(box.time_s);
+    }
+    list.append(py::dict(py::arg("id") = track.id, py::arg("class_id") = number(track.class_id),
+                         py::arg("class_name") = std::string(self.mapper.map().labels.name_of(track.class_id)),
+                         py::arg("frames") = py::array_t<std::int64_t>(static_cast<py::ssize_t>(frames.size()), frames.data()),
+                         py::arg("times_s") = py::array_t<double>(static_cast<py::ssize_t>(times_s.size()), times_s.data()),
+                         py::arg("min_m") = corners(track.boxes, &TrackedBox::min_m),
+                         py::arg("max_m") = corners(track.boxes, &TrackedBox::max_m)));
+  }
+  return list;
+}
+
 py::list segment_ids(const PythonMapper& self) {
   const Use use(*self.use);
   py::list ids;
@@ -230,6 +257,11 @@ not in the map), blocks, blocks_refused, ms, wait_ms. Raises Error and leaves th
            py::arg("calibration") = "", py::arg("predictor") = "python", py::arg("pictures") = true,
            "Writes what `panoptic run -o FOLDER` writes: mesh.ply, scene.glb, objects.json, report.json ...")
       .def("segment_ids", &segment_ids, "Per segment of the last frame: its panoptic id in the map.")
+      .def("moving_tracks", &moving_tracks,
+           R"(The things that moved and were seen to in three frames or more; they are no part of the map.
+
+A dict each: id, class_id (0: only its motion gave it away), class_name, frames (N,), times_s (N,), and the boxes around what was seen
+of it, min_m and max_m (N, 3), metres, world.)")
       .def("trajectory", &trajectory,
            "(times (N,) float64 s, poses (N, 4, 4) float64 world_from_camera) of the frames that were used.")
       .def_property_readonly("map", &map, "A Map that shows the mapper's state whenever it is asked.")

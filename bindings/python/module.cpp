@@ -66,5 +66,6 @@ PYBIND11_MODULE(_core, m) {
   bind_distances(m);
   bind_navigation(m);
   bind_home_plan(m);
+  bind_tracking(m);
   require_init(m);
 }

@@ -17,6 +17,11 @@ struct NamedObject {
 };
 NamedObject named(const FoundObject& object, const LabelSet& labels);
 
+// The number of an object; None for kUnknown.
+inline py::object id_or_none(PanopticId id) {
+  return id == PanopticId::kUnknown ? py::object(py::none()) : py::object(py::int_(number(id)));
+}
+
 // Everything that the registry knows of an object, by name. Throws Error if there is none with this id.
 py::dict explain_object(const PanopticMap& map, std::int64_t id);
 

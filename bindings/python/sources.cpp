@@ -13,6 +13,7 @@
 
 #include "bindings/python/arrays.h"
 #include "bindings/python/bind.h"
+#include "panoptic/bag.h"
 #include "panoptic/simulation.h"
 
 namespace panoptic::python {
@@ -74,9 +75,24 @@ py::dict notes(const Dataset& dataset) {
 }
 
 std::shared_ptr<Dataset> open(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& calibration,
-                              std::optional<double> pair_tolerance_s) {
+                              std::optional<double> pair_tolerance_s, bool poses) {
   const std::filesystem::path camera = calibration.value_or(std::filesystem::path());
-  return released([&] { return std::shared_ptr<Dataset>(open_dataset(recording.string(), camera, pair_tolerance_s)); });
+  const bool is_simulated = recording.string().starts_with("sim:");
+  return released([&] {
+    return std::shared_ptr<Dataset>(poses || is_simulated ? open_dataset(recording.string(), camera, pair_tolerance_s)
+                                                          : open_without_poses(recording, camera, pair_tolerance_s));
+  });
+}
+
+py::dict listing(const std::filesystem::path& path) {
+  const BagListing bag = released([&] { return list_bag(path); });
+  py::list topics;
+  for (const ListedTopic& topic : bag.topics) {
+    topics.append(py::dict(py::arg("name") = topic.name, py::arg("type") = topic.type, py::arg("messages") = topic.messages,
+                           py::arg("role") = topic.role, py::arg("note") = topic.note));
+  }
+  return py::dict(py::arg("container") = bag.container, py::arg("begin_s") = bag.begin_s, py::arg("end_s") = bag.end_s,
+                  py::arg("topics") = topics, py::arg("left_out") = bag.left_out);
 }
 
 }  // namespace
@@ -111,9 +127,14 @@ A frame that cannot be used is left out when iterating, and listed in frames().s
 
   m.def(
       "open_dataset", &open, py::arg("path"), py::arg("calibration") = py::none(), py::arg("pair_tolerance_s") = py::none(),
-      R"(Opens a recording (ScanNet, 7-Scenes, TUM RGB-D, Replica, plain folders), or a simulated home: open_dataset("sim:7,rooms=2").
+      py::arg("poses") = true,
+      R"(Opens a recording (ScanNet, TUM RGB-D, phones, bags of ROS, plain folders ...), or a simulated home: open_dataset("sim:7,rooms=2").
 
-calibration: a TOML file that overrides what the recording says. pair_tolerance_s: how far the stamps of a pair of images may differ.)");
+Of a bag with several topics for one role: "walk.bag?depth=/d,color=/c". calibration: a TOML file that overrides what the recording
+says. pair_tolerance_s: how far the stamps of a pair of images may differ. poses=False: the recording needs none, and those it has are
+left out (simulated ones stay): a CameraTracker finds them.)");
+  m.def("list_bag", &listing, py::arg("path"),
+        "What is in a bag of ROS: container, begin_s, end_s, topics (each with name, type, messages, role, note), left_out.");
 }
 
 }  // namespace panoptic::python

@@ -12,6 +12,7 @@
 #include "panoptic/frame.h"
 #include "panoptic/labels.h"
 #include "panoptic/mesh.h"
+#include "panoptic/moving.h"
 #include "panoptic/options.h"
 #include "panoptic/outcome.h"
 #include "panoptic/pose_update.h"
@@ -25,7 +26,7 @@ class MapperParts;
 struct PanopticMap;  // map.h
 class Profile;
 
-// Memory grows with the mapped volume and the number of objects, and by some 15 kB a frame with map.log (FrameLog). Not
+// Memory grows with the mapped volume and the number of objects, and by 4 to 12 kB a frame with map.log (FrameLog). Not
 // thread-safe: one thread at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map,
 // bit for bit.
 class Mapper {
@@ -77,6 +78,8 @@ class Mapper {
   // Per segment of the last frame that was added, or whose labels were: which one it is in the map. Stuff and whole classes have
   // their class number; kUnknown: none. Empty after update_poses.
   std::vector<PanopticId> segment_ids() const;
+  // The things that moved and were seen to in three frames or more, ascending by their ids; never a part of the map.
+  std::vector<MovingTrack> moving_tracks() const;
   // Stages "register", "reference", "track", "integrate", "free space", their sum "fusion", "maintain", "regularize" and "mesh";
   // callers add their own.
   Profile& profile();

@@ -31,6 +31,7 @@ const PanopticMap& Mapper::map() const { return parts_->map(); }
 const FrameStatistics& Mapper::frames() const { return parts_->frames(); }
 std::uint64_t Mapper::labelled() const { return parts_->labelled(); }
 std::vector<PanopticId> Mapper::segment_ids() const { return parts_->segment_ids(); }
+std::vector<MovingTrack> Mapper::moving_tracks() const { return parts_->moving_tracks().tracks(); }
 Profile& Mapper::profile() { return parts_->profile(); }
 const Profile& Mapper::profile() const { return std::as_const(*parts_).profile(); }
 Vec3d Mapper::up() const { return parts_->up(); }

@@ -11,20 +11,20 @@
 
 Lengths are in metres; camera axes x right, y down, z forward; poses are world_from_camera. docs/python.md has the whole story.
 """
-from ._core import (AgentSize, Block, Camera, Dataset, DistanceField, Error, Evaluation, FloorGrids, FloorPath, Frame, Frames,
-                    FreeSpace, HomePlan, LabelClass, LabelSet, Map, MapObject, Mapper, Mesh, NavigationMesh, OnlinePipeline,
-                    Options, Outcome, PointAnswer, Predictor, ScanTruth, Segment, Segmentation, Snapshot, UpFrame, diff_maps,
-                    evaluate, explain, file_predictor, floor_grids, load_map, make_predictor, merge_maps, open_dataset, plan_home,
-                    read_corrected_poses, read_ply, read_pose_updates, read_scan_truth, set_threads, simulate, threads, up_frame,
-                    write_plan)
+from ._core import (AgentSize, Block, Camera, CameraPose, CameraTracker, Dataset, DistanceField, Error, Evaluation, FloorGrids,
+                    FloorPath, Frame, Frames, FreeSpace, HomePlan, LabelClass, LabelSet, Map, MapObject, Mapper, Mesh,
+                    NavigationMesh, OnlinePipeline, Options, Outcome, PointAnswer, Predictor, ScanTruth, Segment, Segmentation,
+                    Snapshot, UpFrame, diff_maps, evaluate, explain, file_predictor, floor_grids, list_bag, load_map,
+                    make_predictor, merge_maps, open_dataset, plan_home, read_corrected_poses, read_ply, read_pose_updates,
+                    read_scan_truth, read_trajectory, score_trajectory, set_threads, simulate, threads, up_frame, write_plan)
 from ._evidence import crop, evidence_crops
 from ._progress import progress
 from ._space import FREE, OCCUPIED, UNKNOWN
 
-__all__ = ["AgentSize", "Block", "Camera", "Dataset", "DistanceField", "Error", "Evaluation", "FREE", "FloorGrids", "FloorPath",
-           "Frame", "Frames", "FreeSpace", "HomePlan", "LabelClass", "LabelSet", "Map", "MapObject", "Mapper", "Mesh",
-           "NavigationMesh", "OCCUPIED", "OnlinePipeline", "Options", "Outcome", "PointAnswer", "Predictor", "ScanTruth",
-           "Segment", "Segmentation", "Snapshot", "UNKNOWN", "UpFrame", "crop", "diff_maps", "evaluate", "evidence_crops",
-           "explain", "file_predictor", "floor_grids", "load_map", "make_predictor", "merge_maps", "open_dataset", "plan_home",
-           "progress", "read_corrected_poses", "read_ply", "read_pose_updates", "read_scan_truth", "set_threads", "simulate",
-           "threads", "up_frame", "write_plan"]
+__all__ = ["AgentSize", "Block", "Camera", "CameraPose", "CameraTracker", "Dataset", "DistanceField", "Error", "Evaluation", "FREE",
+           "FloorGrids", "FloorPath", "Frame", "Frames", "FreeSpace", "HomePlan", "LabelClass", "LabelSet", "Map", "MapObject",
+           "Mapper", "Mesh", "NavigationMesh", "OCCUPIED", "OnlinePipeline", "Options", "Outcome", "PointAnswer", "Predictor",
+           "ScanTruth", "Segment", "Segmentation", "Snapshot", "UNKNOWN", "UpFrame", "crop", "diff_maps", "evaluate",
+           "evidence_crops", "explain", "file_predictor", "floor_grids", "list_bag", "load_map", "make_predictor", "merge_maps",
+           "open_dataset", "plan_home", "progress", "read_corrected_poses", "read_ply", "read_pose_updates", "read_scan_truth",
+           "read_trajectory", "score_trajectory", "set_threads", "simulate", "threads", "up_frame", "write_plan"]
