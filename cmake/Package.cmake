@@ -62,6 +62,7 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and static libraries of panoptic
 set(CPACK_DEBIAN_PYTHON-DEB_PACKAGE_NAME python3-panoptic)
 set(CPACK_DEBIAN_PYTHON-DEB_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON-DEB_PACKAGE_DEPENDS "panoptic (= ${PROJECT_VERSION}), python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+set(CPACK_DEBIAN_PYTHON-DEB_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/python3/postinst ${PROJECT_SOURCE_DIR}/packaging/python3/prerm)
 set(CPACK_COMPONENT_PYTHON-DEB_DESCRIPTION "Volumetric panoptic mapping from Python
  Frames, masks, meshes and voxels are NumPy arrays.")
 include(CPack)

@@ -289,16 +289,24 @@ void add_export(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(std::size_t{0}, kMostFrames));
 }
 
+constexpr int kMostJobs = 4096;
+
 void add_benchmark(CLI::App& benchmark, Arguments& a) {
   benchmark.add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
   benchmark.add_option("--group", a.group,
                        "answer this question alone, named as the report names it: 'Regularizer', 'Voxel size' ...");
-  benchmark.add_option("-o,--output", a.output, "folder for report.md, report.json and charts")->required();
+  benchmark
+      .add_option("-o,--output", a.output,
+                  "folder for report.md, report.json and charts; what was done in it before is not done again")
+      ->required();
+  benchmark
+      .add_option("--jobs", a.jobs, "parts at a time (a home under a few settings), each in a process of its own, default 1")
+      ->check(CLI::Range(1, kMostJobs));
+  benchmark.add_option("--part", a.benchmark_part, "what a benchmark calls")->group("");
   add_threads(benchmark, a);
 }
 
 void add_batch(CLI::App& batch, Arguments& a) {
-  constexpr int kMostJobs = 4096;
   batch.add_option("list", a.dataset, "file with a recording or sim:SEED a line, or a folder of recordings")->required();
   batch.add_option("-o,--output", a.output, "folder for batch.json, batch.md and a folder for each scene")->required();
   batch.add_option("--jobs", a.jobs, "scenes at a time, each in a process of its own, default 1")

@@ -119,6 +119,7 @@ struct Arguments {
   // benchmark
   bool quick = false;
   std::string group;
+  std::optional<std::size_t> benchmark_part;  // the number of one that is run in a process of its own
 };
 
 // Prints help or the version when asked. Throws UsageError.

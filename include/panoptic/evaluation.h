@@ -205,6 +205,11 @@ class Evaluation {
 
   Scores scores() const;
 
+  // All counts so far as a text, for another process that counts scenes too, and their addition. Throws Error naming `origin` if
+  // the text is no such one, or of other variants.
+  std::string counts_text() const;
+  void add_counts(const std::string& text, const std::string& origin);
+
  private:
   struct Counts;
   std::unique_ptr<Counts> counts_;

@@ -118,7 +118,7 @@ std::string reason_of(const EndedChild& ended, const SceneTask& task) {
 // Takes what the run left. The record stands from now on, whatever becomes of the scores.
 void conclude_map(Course& course) {
   try {
-    take_results(course.task->folder, course.record);
+    if (course.task->leaves_map) take_results(course.task->folder, course.record);
   } catch (const Error& e) {
     course.record.reason = e.what();
     return;

@@ -30,6 +30,7 @@ struct SceneTask {
   std::vector<BatchStep> steps;
   std::vector<std::filesystem::path> outdated;  // made from the map: removed before it is mapped or scored anew
   std::string truth;                            // its fingerprint
+  bool leaves_map = true;                       // the first steps are a run, which leaves a map and its files in the folder
   bool scores = false;     // the last step compares it with the truth; if that alone fails, the scene is finished for all that
   bool is_mapped = false;  // and that is all that is left to do: the record stays if it is cut short
 };

@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "panoptic/base/json_value.h"
 #include "panoptic/error.h"
 #include "panoptic/eval/benchmark_classes.h"
 #include "panoptic/eval/instance_ap.h"
@@ -52,25 +53,17 @@ struct Mapping {
   }
 };
 
-struct Totals {
-  Evaluation evaluation;
-  double fusion_p50_ms = 0;
-  double regularize_ms = 0;
-  double map_mb = 0;
-  std::size_t objects = 0;
-};
-
-void finish(const Mapping& mapping, const ScanTruth& truth, Totals& totals) {
+void finish(const Mapping& mapping, const ScanTruth& truth, PartCounts& counts) {
   if (mapping.mapper) mapping.mapper->finish();
   const PanopticMap& mapped = mapping.mapper ? mapping.mapper->map() : mapping.substitute->map();
   const LabelledMap map = labelled_map(mapped, mapping.mapper ? mapping.mapper->mesh() : mapping.substitute->mesh());
-  totals.objects += map.confidence.size();
-  totals.map_mb = std::max(totals.map_mb, static_cast<double>(mapped.voxels.memory_bytes()) / 1e6);
-  totals.evaluation.add(map, truth);
+  counts.objects += map.confidence.size();
+  counts.map_mb = std::max(counts.map_mb, static_cast<double>(mapped.voxels.memory_bytes()) / 1e6);
+  counts.evaluation.add(map, truth);
   if (!mapping.mapper) return;
   const auto& stages = mapping.mapper->profile().stages();
-  if (const auto stage = stages.find("fusion"); stage != stages.end()) totals.fusion_p50_ms += stage->second.percentile_ms(0.5);
-  if (const auto stage = stages.find("regularize"); stage != stages.end()) totals.regularize_ms += stage->second.mean_ms();
+  if (const auto stage = stages.find("fusion"); stage != stages.end()) counts.fusion_p50_ms += stage->second.percentile_ms(0.5);
+  if (const auto stage = stages.find("regularize"); stage != stages.end()) counts.regularize_ms += stage->second.mean_ms();
 }
 
 // Every frame of the home into every mapping; a segmentation is made once per preset. False if `tick` says so.
@@ -91,20 +84,6 @@ bool map_home(const Simulation& simulation, const std::vector<Mapping>& mappings
   return true;
 }
 
-// Settings of equal noise, a few at a time: indices into the experiment's settings.
-std::vector<std::vector<std::size_t>> batches(const std::vector<Setting>& settings) {
-  std::map<std::string, std::vector<std::size_t>> by_noise;
-  for (std::size_t i = 0; i < settings.size(); ++i) by_noise[settings[i].noise].push_back(i);
-  std::vector<std::vector<std::size_t>> result;
-  for (const auto& [noise, indices] : by_noise) {
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-      if (i % kMapsAtOnce == 0) result.emplace_back();
-      result.back().push_back(indices[i]);
-    }
-  }
-  return result;
-}
-
 std::size_t count_things(const ScanTruth& truth) {
   std::map<std::uint16_t, std::size_t> vertices;
   for (std::size_t i = 0; i < truth.instance.size(); ++i) {
@@ -113,67 +92,107 @@ std::size_t count_things(const ScanTruth& truth) {
   return static_cast<std::size_t>(std::ranges::count_if(vertices, [](const auto& v) { return v.second >= kMinRegionVertices; }));
 }
 
-// The experiment while it runs.
-struct Course {
-  const Experiment& experiment;
-  const std::function<bool(std::size_t, std::size_t)>& progress;
-  LabelSet labels = load_label_set(kLabels);
-  std::vector<Totals> totals{experiment.settings.size()};
-  std::size_t true_things = 0;
-  std::size_t frames_done = 0;
-  std::size_t passes_left = 0;
-};
-
-// Maps one home under the settings of one batch; the first pass over a home makes its truth on the way. False if interrupted.
-bool make_pass(const SimulationOptions& home, const std::vector<std::size_t>& batch, std::optional<ScanTruth>& truth,
-               Course& course) {
-  SimulationOptions options = home;
-  options.noise = course.experiment.settings[batch.front()].noise;
-  const Simulation simulation(options);
-  std::vector<Mapping> mappings;
-  for (const std::size_t i : batch) mappings.emplace_back(course.experiment.settings[i], course.labels);
-  TruthBuilder builder;
-  --course.passes_left;
-  std::size_t left = simulation.size();
-  const bool whole = map_home(simulation, mappings, course.labels, [&](const SimulatedFrame& frame) {
-    if (!truth) builder.add(frame);
-    ++course.frames_done;
-    return course.progress(course.frames_done, course.frames_done + --left + course.passes_left * simulation.size());
-  });
-  if (!whole) return false;
-  if (!truth) {
-    truth = builder.finish(simulation);
-    course.true_things += count_things(*truth);
-  }
-  for (std::size_t i = 0; i < batch.size(); ++i) finish(mappings[i], *truth, course.totals[batch[i]]);
-  return true;
-}
-
 }  // namespace
 
-std::vector<SettingResult> run(const Experiment& experiment, const std::function<bool(std::size_t, std::size_t)>& progress) {
-  for (const Setting& setting : experiment.settings) {  // mistakes show before hours are spent
+std::vector<ExperimentPart> parts_of(const Experiment& experiment) {
+  std::map<std::string, std::vector<std::size_t>> by_noise;
+  for (std::size_t i = 0; i < experiment.settings.size(); ++i) by_noise[experiment.settings[i].noise].push_back(i);
+  std::vector<ExperimentPart> parts;
+  for (std::size_t home = 0; home < experiment.homes.size(); ++home) {
+    const std::size_t first = parts.size();
+    for (const auto& [noise, indices] : by_noise) {
+      for (std::size_t i = 0; i < indices.size(); ++i) {
+        if (i % kMapsAtOnce == 0) parts.push_back({home, {}, parts.size() == first});
+        parts.back().settings.push_back(indices[i]);
+      }
+    }
+  }
+  return parts;
+}
+
+void require_sound(const Experiment& experiment) {
+  for (const Setting& setting : experiment.settings) {
     options_of(setting);
     sensor_noise_preset(setting.noise);
     prediction_noise_preset(setting.predictions);
   }
-  const auto passes = batches(experiment.settings);
-  Course course{experiment, progress};
-  course.passes_left = passes.size() * experiment.homes.size();
-  for (const SimulationOptions& home : experiment.homes) {
-    std::optional<ScanTruth> truth;
-    for (const auto& batch : passes) {
-      if (!make_pass(home, batch, truth, course)) return {};
+}
+
+std::optional<PartResult> run_part(const Experiment& experiment, const ExperimentPart& part,
+                                   const std::function<bool(std::size_t, std::size_t)>& progress) {
+  require_sound(experiment);
+  SimulationOptions options = experiment.homes[part.home];
+  options.noise = experiment.settings[part.settings.front()].noise;
+  const Simulation simulation(options);
+  const LabelSet labels = load_label_set(kLabels);
+  std::vector<Mapping> mappings;
+  for (const std::size_t i : part.settings) mappings.emplace_back(experiment.settings[i], labels);
+  TruthBuilder builder;
+  std::size_t done = 0;
+  const bool whole = map_home(simulation, mappings, labels, [&](const SimulatedFrame& frame) {
+    builder.add(frame);
+    return progress(++done, simulation.size());
+  });
+  if (!whole) return std::nullopt;
+  const ScanTruth truth = builder.finish(simulation);
+  PartResult result{{}, count_things(truth)};
+  for (const Mapping& mapping : mappings) finish(mapping, truth, result.counts.emplace_back());
+  return result;
+}
+
+std::vector<SettingResult> outcomes_of(const Experiment& experiment, const std::vector<PartResult>& results) {
+  const std::vector<ExperimentPart> parts = parts_of(experiment);
+  PANOPTIC_ASSERT(parts.size() == results.size());
+  std::vector<PartCounts> totals(experiment.settings.size());
+  std::size_t true_things = 0;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (parts[p].is_first_of_home) true_things += results[p].true_things;
+    for (std::size_t i = 0; i < parts[p].settings.size(); ++i) {
+      const PartCounts& counts = results[p].counts[i];
+      PartCounts& total = totals[parts[p].settings[i]];
+      total.evaluation.add_counts(counts.evaluation.counts_text(), "benchmark");
+      total.fusion_p50_ms += counts.fusion_p50_ms;
+      total.regularize_ms += counts.regularize_ms;
+      total.map_mb = std::max(total.map_mb, counts.map_mb);
+      total.objects += counts.objects;
     }
   }
   const double homes = static_cast<double>(std::max<std::size_t>(experiment.homes.size(), 1));
   std::vector<SettingResult> outcomes;
-  for (std::size_t i = 0; i < course.totals.size(); ++i) {
-    const Totals& t = course.totals[i];
+  for (std::size_t i = 0; i < totals.size(); ++i) {
+    const PartCounts& t = totals[i];
     outcomes.push_back({experiment.settings[i], t.evaluation.scores(), t.fusion_p50_ms / homes, t.regularize_ms / homes, t.map_mb,
-                        t.objects, course.true_things});
+                        t.objects, true_things});
   }
   return outcomes;
+}
+
+Json to_json(const PartResult& result) {
+  Json counts = Json::array();
+  for (const PartCounts& c : result.counts) {
+    counts.push_back({{"counts", c.evaluation.counts_text()},
+                      {"fusion_p50_ms", c.fusion_p50_ms},
+                      {"regularize_ms", c.regularize_ms},
+                      {"map_mb", c.map_mb},
+                      {"objects", c.objects}});
+  }
+  return {{"true_things", result.true_things}, {"settings", std::move(counts)}};
+}
+
+PartResult part_result_in(const Json& json, const std::string& file) {
+  constexpr double kMost = 1e12;
+  constexpr std::int64_t kMostThings = 1'000'000'000;
+  const JsonValue saved(json, file);
+  PartResult result{{}, static_cast<std::size_t>(saved.at("true_things").integer(0, kMostThings))};
+  for (const JsonValue& setting : saved.at("settings").elements()) {
+    PartCounts& counts = result.counts.emplace_back();
+    counts.evaluation.add_counts(setting.at("counts").text(), file);
+    counts.fusion_p50_ms = setting.at("fusion_p50_ms").number(0, kMost);
+    counts.regularize_ms = setting.at("regularize_ms").number(0, kMost);
+    counts.map_mb = setting.at("map_mb").number(0, kMost);
+    counts.objects = static_cast<std::size_t>(setting.at("objects").integer(0, kMostThings));
+  }
+  return result;
 }
 
 }  // namespace panoptic

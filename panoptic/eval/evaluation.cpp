@@ -7,11 +7,8 @@
 #include <utility>
 
 #include "panoptic/error.h"
-#include "panoptic/eval/instance_ap.h"
+#include "panoptic/eval/evaluation_counts.h"
 #include "panoptic/eval/labelled_vertices.h"
-#include "panoptic/eval/panoptic_quality.h"
-#include "panoptic/eval/semantic_iou.h"
-#include "panoptic/eval/surface_metrics.h"
 #include "panoptic/eval/vertex_labels.h"
 
 namespace panoptic {
@@ -35,12 +32,6 @@ void count_coverage(const VertexLabels& truth, const std::vector<ClassId>& predi
   }
 }
 
-// The counts of what was added, made when there is something to count.
-template <typename Counter>
-Counter& started(std::optional<Counter>& counter) {
-  return counter ? *counter : counter.emplace();
-}
-
 Surface surface_of(const ScanTruth& truth) { return {truth.positions, truth.triangles}; }
 
 Surface surface_of(const Mesh& mesh) {
@@ -56,23 +47,6 @@ std::optional<double> Coverage::coverage() const {
   if (annotated == 0) return std::nullopt;
   return static_cast<double>(labelled) / static_cast<double>(annotated);
 }
-
-struct Evaluation::Counts {
-  std::vector<PqVariant> variants;
-  std::vector<std::string> scenes = {};
-  Coverage coverage = {};
-  std::optional<SemanticIou> semantic = {};
-  std::optional<InstanceAp> instances = {};
-  std::vector<PanopticQuality> panoptic = {};  // one per variant; empty until there is something to count
-  std::optional<SurfaceMetrics> surface = {};
-
-  void add_panoptic(const VertexLabels& truth, const VertexLabels& prediction) {
-    if (panoptic.empty()) panoptic.assign(variants.size(), PanopticQuality(kBenchmarkClassCount));
-    for (std::size_t i = 0; i < variants.size(); ++i) {
-      panoptic[i].add(true_segments(truth, variants[i]), predicted_segments(prediction, variants[i]));
-    }
-  }
-};
 
 Evaluation::Evaluation(const std::string& variant) : counts_(new Counts{{pq_variant(variant)}}) {
   for (const PqVariant& other : pq_variants()) {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "panoptic/base/json_value.h"
 #include "panoptic/evaluation.h"
 
 namespace panoptic {
@@ -23,6 +24,10 @@ class InstanceAp {
   void add(const VertexLabels& truth, const std::vector<InstanceMask>& predictions);
 
   InstanceScores scores() const;
+
+  // The counts for another process, and their addition. Throws Error unless they are sound (saved_counts.cpp).
+  Json saved() const;
+  void add_saved(const JsonValue& saved);
 
   // One scene, prepared for counting.
   struct Overlap {

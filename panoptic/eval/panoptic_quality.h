@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/base/json_value.h"
 #include "panoptic/evaluation.h"
 
 namespace panoptic {
@@ -42,6 +43,10 @@ class PanopticQuality {
   void add(const PqSegments& truth, const PqSegments& prediction);
 
   std::span<const PqCounts> counts() const { return counts_; }
+
+  // The counts for another process, and their addition. Throws Error unless they are sound (saved_counts.cpp).
+  Json saved() const;
+  void add_saved(const JsonValue& saved);
 
  private:
   std::vector<PqCounts> counts_;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "panoptic/base/json_value.h"
 #include "panoptic/evaluation.h"
 
 namespace panoptic {
@@ -19,6 +20,10 @@ class SemanticIou {
   void add(std::span<const ClassId> truth, std::span<const ClassId> prediction);
 
   SemanticScores scores() const;
+
+  // The counts for another process, and their addition. Throws Error unless they are sound (saved_counts.cpp).
+  Json saved() const;
+  void add_saved(const JsonValue& saved);
 
  private:
   static constexpr std::size_t kColumns = kBenchmarkClassCount + 1;  // the last one: predicted outside the 20

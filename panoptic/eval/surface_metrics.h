@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "panoptic/base/json_value.h"
 #include "panoptic/evaluation.h"
 #include "panoptic/geometry.h"
 
@@ -31,6 +32,10 @@ class SurfaceMetrics {
   void add(const Surface& map, const Surface& truth);
 
   SurfaceScores scores() const;
+
+  // The counts for another process, and their addition. Throws Error unless they are sound (saved_counts.cpp).
+  Json saved() const;
+  void add_saved(const JsonValue& saved);
 
   static constexpr std::size_t kMaxSamples = 200000;
 

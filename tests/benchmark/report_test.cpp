@@ -26,9 +26,18 @@ Study small_study() {
   return study;
 }
 
+// Every part through the text that it is kept in.
+std::vector<SettingResult> outcomes(const Experiment& experiment) {
+  std::vector<PartResult> results;
+  for (const ExperimentPart& part : parts_of(experiment)) {
+    const auto result = run_part(experiment, part, [](std::size_t, std::size_t) { return true; });
+    results.push_back(part_result_in(Json::parse(to_json(*result).dump()), "part.json"));
+  }
+  return outcomes_of(experiment, results);
+}
+
 const std::vector<SettingResult>& small_outcomes() {
-  static const std::vector<SettingResult> kOutcomes =
-      run(small_study().experiment, [](std::size_t, std::size_t) { return true; });
+  static const std::vector<SettingResult> kOutcomes = outcomes(small_study().experiment);
   return kOutcomes;
 }
 
@@ -43,21 +52,28 @@ TEST(Experiment, BetterMasksAndDepthScoreBetter) {
 }
 
 TEST(Experiment, TellsProgressAndStopsWhenTold) {
+  const Experiment experiment = small_study().experiment;
+  ASSERT_EQ(parts_of(experiment).size(), 2U);  // one per noise
   std::size_t calls = 0;
-  std::size_t last_total = 0;
-  const auto outcomes = run(small_study().experiment, [&](std::size_t done, std::size_t total) {
+  const auto result = run_part(experiment, parts_of(experiment)[0], [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(done, ++calls);
-    last_total = total;
+    EXPECT_EQ(total, 15U);
     return done < 3;
   });
-  EXPECT_TRUE(outcomes.empty());
+  EXPECT_FALSE(result);
   EXPECT_EQ(calls, 3U);
-  EXPECT_EQ(last_total, 30U);  // two passes: one per noise
+}
+
+TEST(Experiment, PartsOfSomethingElseAreRefused) {
+  for (const char* text :
+       {"{}", R"({"true_things": 1, "settings": [{"counts": "x"}]})", R"({"true_things": -1, "settings": []})"}) {
+    EXPECT_THAT(test::error_of([&] { part_result_in(Json::parse(text), "part.json"); }), testing::HasSubstr("part.json")) << text;
+  }
 }
 
 TEST(Experiment, MistakesShowBeforeTheWork) {
   const auto run_with = [](const Setting& setting) {
-    run({.homes = {{.seed = 3, .rooms = 1, .frames = 2}}, .settings = {setting}}, [](std::size_t, std::size_t) { return true; });
+    require_sound({.homes = {{.seed = 3, .rooms = 1, .frames = 2}}, .settings = {setting}});
   };
   using testing::HasSubstr;
   EXPECT_THAT(test::error_of([&] { run_with({.name = "x", .set = {"map.voxel_size=0.1"}}); }), HasSubstr("map.voxel_size"));
