@@ -21,6 +21,7 @@
 #include "panoptic/outputs.h"
 #include "panoptic/predict/prediction_io.h"
 #include "panoptic/profile.h"
+#include "tests/io/small_video.h"
 
 namespace panoptic::fuzz {
 namespace {
@@ -230,6 +231,49 @@ void recording_seeds(Seeds& seeds) {
   seeds.put("recording", "flat", {intrinsic, pose_text(), pose_text()}, 9);
 }
 
+// Recordings of phones and of their tools.
+void phone_seeds(Seeds& seeds) {
+  const std::string pincam = "8 6 7 7 3.5 2.5\n";
+  seeds.put("recording", "arkitscenes", {"1.0 0 0.1 0 1 2 3\n1.1 0 0.2 0 1 2 4\n", pincam, pincam}, 10);
+  const std::string matrix = "7,0,3.5\n0,7,2.5\n0,0,1\n";
+  seeds.put("recording", "stray",
+            {"timestamp, frame, x, y, z, qx, qy, qz, qw\n1.0, 0, 1, 2, 3, 0, 0, 0, 1\n1.1, 1, 1, 2, 4, 0, 0.6, 0, 0.8\n", matrix},
+            11);
+  seeds.put("recording", "stray_rows",
+            {"timestamp,frame,x,y,z,qx,qy,qz,qw,fx,fy,cx,cy\n1,0,1,2,3,0,0,0,1,7,7,3.5,2.5\n2,1,1,2,4,0,0.6,0,0.8,7,7,3.5,2.5\n",
+             matrix},
+            11);
+  seeds.put("recording", "record3d",
+            {R"({"w": 8, "h": 6, "fps": 60, "K": [7, 0, 0, 0, 7, 0, 3.5, 2.5, 1], "poses": [[0, 0, 0, 1, 1, 2, 3],
+[0, 0.6, 0, 0.8, 1, 2, 4]], "perFrameIntrinsicCoeffs": [[7, 7, 3.5, 2.5], [7, 7, 3.5, 2.5]], "frameTimestamps": [1, 1.1]})"},
+            12);
+  const std::string yaml =
+      "%YAML:1.0\nimage_width: 8\nimage_height: 6\ncamera_matrix:\n   rows: 3\n   cols: 3\n   data: [ 7., 0., 3.5, 0., 7., 2.5, "
+      "0., 0., 1. "
+      "]\ndistortion_model: plumb_bob\ndistortion_coefficients:\n   data: [ 0., 0., 0., 0., 0. ]\nlocal_transform:\n   data: [ "
+      "0., 0., 1., "
+      "0., -1., 0., 0., 0., 0., -1., 0., 0. ]\n";
+  const std::string stamped = "1.0 1 2 3 0 0 0 1 1\n1.1 1 2 4 0 0.6 0 0.8 2\n";
+  seeds.put("recording", "rtabmap", {yaml, yaml, stamped}, 13);
+  seeds.put("recording", "rtabmap_robot", {yaml, yaml, "", stamped}, 13);
+  const std::string sizes = "m_colorWidth = 8\nm_colorHeight = 6\nm_depthWidth = 8\nm_depthHeight = 6\nm_depthShift = 1000\n";
+  const std::string square = "7 0 3.5 0 0 7 2.5 0 0 0 1 0 0 0 0 1\n";
+  const std::string unit = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
+  seeds.put("recording", "bundle_fusion",
+            {sizes + "m_calibrationColorIntrinsic = " + square + "m_calibrationColorExtrinsic = " + unit +
+                 "m_calibrationDepthIntrinsic = " + square + "m_calibrationDepthExtrinsic = " + unit,
+             pose_text(), pose_text()},
+            14);
+}
+
+void video_seeds(Seeds& seeds, const Scratch& scratch) {
+  const std::vector<Image<Rgb>> images = {some_colors(16, 16), Image<Rgb>(16, 16), some_colors(16, 16)};
+  for (const char* codec : {"libx264rgb", "libx264"}) {
+    const fs::path file = scratch.path() / fmt::format("{}.mp4", codec);
+    if (test::write_video(file, images, {.codec = codec, .key_every = 2})) seeds.put("video", codec, read_file(file));
+  }
+}
+
 void toml_seeds(Seeds& seeds) {
   MapOptions map;
   Fields options;
@@ -362,6 +406,8 @@ std::size_t make_seeds(const fs::path& folder) {
   mesh_seeds(seeds, scratch);
   prediction_seeds(seeds, scratch);
   recording_seeds(seeds);
+  phone_seeds(seeds);
+  video_seeds(seeds, scratch);
   toml_seeds(seeds);
   map_seeds(seeds, scratch);
   resume_seeds(seeds);

@@ -7,7 +7,7 @@
 namespace panoptic::fuzz {
 
 std::span<const Target> targets() {
-  static constexpr std::array<Target, 16> kTargets = {{{"bag", bag},
+  static constexpr std::array<Target, 17> kTargets = {{{"bag", bag},
                                                        {"block_codec", block_codec},
                                                        {"coco", coco},
                                                        {"corrections", corrections},
@@ -22,7 +22,8 @@ std::span<const Target> targets() {
                                                        {"resume", resume},
                                                        {"scan", scan},
                                                        {"sens", sens},
-                                                       {"toml", toml}}};
+                                                       {"toml", toml},
+                                                       {"video", video}}};
   return kTargets;
 }
 

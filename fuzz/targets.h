@@ -29,6 +29,7 @@ void resume(Input input);
 void scan(Input input);
 void sens(Input input);
 void toml(Input input);
+void video(Input input);
 
 struct Target {
   std::string_view name;

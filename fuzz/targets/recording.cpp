@@ -17,6 +17,7 @@ struct Layout {
   std::array<const char*, 2> color;
   std::array<const char*, 2> depth;
   std::vector<const char*> texts;
+  std::vector<const char*> confidence = {};
 };
 
 const std::vector<Layout>& layouts() {
@@ -43,7 +44,26 @@ const std::vector<Layout>& layouts() {
       {"plain", {"images/0.png", "images/1.png"}, {"depth/0.png", "depth/1.png"}, {"K.txt", "poses.txt"}},
       {"open3d", {"color/0.png", "color/1.png"}, {"depth/0.png", "depth/1.png"}, {"camera_intrinsic.json", "trajectory.log"}},
       {"sun3d", {"image/1-0.png", "image/2-9.png"}, {"depth/1-1.png", "depth/2-8.png"}, {"intrinsics.txt", "extrinsics/1.txt"}},
-      {"flat", {"0-color.png", "1-color.png"}, {"0-depth.png", "1-depth.png"}, {"intrinsic.txt", "0-pose.txt", "1-pose.txt"}}};
+      {"flat", {"0-color.png", "1-color.png"}, {"0-depth.png", "1-depth.png"}, {"intrinsic.txt", "0-pose.txt", "1-pose.txt"}},
+      {"arkitscenes",
+       {"lowres_wide/9_1.000.png", "lowres_wide/9_1.100.png"},
+       {"lowres_depth/9_1.000.png", "lowres_depth/9_1.100.png"},
+       {"lowres_wide.traj", "lowres_wide_intrinsics/9_1.000.pincam", "lowres_wide_intrinsics/9_1.100.pincam"},
+       {"confidence/9_1.000.png", "confidence/9_1.100.png"}},
+      {"stray",
+       {"rgb/000000.png", "rgb/000001.png"},
+       {"depth/000000.png", "depth/000001.png"},
+       {"odometry.csv", "camera_matrix.csv"},
+       {"confidence/000000.png", "confidence/000001.png"}},
+      {"record3d", {"rgb/0.png", "rgb/1.png"}, {"depth/0.png", "depth/1.png"}, {"metadata.json"}, {"confidence/0.png"}},
+      {"rtabmap",
+       {"a_rgb/1.png", "a_rgb/2.png"},
+       {"a_depth/1.png", "a_depth/2.png"},
+       {"a_calib/1.yaml", "a_calib/2.yaml", "a_camera_poses.txt", "a_poses.txt"}},
+      {"bundle_fusion",
+       {"frame-000000.color.png", "frame-000001.color.png"},
+       {"frame-000000.depth.png", "frame-000001.depth.png"},
+       {"info.txt", "frame-000000.pose.txt", "frame-000001.pose.txt"}}};
   return kLayouts;
 }
 
@@ -59,14 +79,17 @@ void put_depth(const Scratch& scratch, const char* name, const Image<std::uint16
 
 std::unique_ptr<Scratch> with_images(const Layout& layout) {
   auto scratch = std::make_unique<Scratch>(layout.name);
-  for (std::size_t i = 0; i < layout.color.size(); ++i) {
-    for (const char* name : {layout.color[i], layout.depth[i]}) {
-      std::filesystem::create_directories((scratch->path() / name).parent_path());
-    }
-    write_png(scratch->path() / layout.color[i], Image<Rgb>(8, 6, Rgb{10, 20, 30}));
-    put_depth(*scratch, layout.depth[i], Image<std::uint16_t>(8, 6, 1500));
+  const auto path_of = [&](const char* name) {
+    std::filesystem::create_directories((scratch->path() / name).parent_path());
+    return scratch->path() / name;
+  };
+  for (const char* name : layout.color) write_png(path_of(name), Image<Rgb>(8, 6, Rgb{10, 20, 30}));
+  for (const char* name : layout.depth) {
+    path_of(name);
+    put_depth(*scratch, name, Image<std::uint16_t>(8, 6, 1500));
   }
-  for (const char* name : layout.texts) std::filesystem::create_directories((scratch->path() / name).parent_path());
+  for (const char* name : layout.confidence) write_png(path_of(name), Image<std::uint16_t>(8, 6, 2));
+  for (const char* name : layout.texts) path_of(name);
   return scratch;
 }
 
