@@ -73,7 +73,7 @@ def doubled_types(paths):
         if path.suffix != ".h" or not path.is_file():
             continue
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            definition = re.match(r"(?:struct|class|enum class) (\w+)[^;]*[{:]", line)
+            definition = re.match(r"(?:struct|class|enum class) (\w+)(?!\w|::)[^;]*[{:]", line)
             if definition:
                 places.setdefault(definition[1], []).append((path, number))
     for name, found in places.items():

@@ -281,27 +281,23 @@ void add_play(CLI::App& play, Arguments& a) {
 }
 
 void add_export(CLI::App& app, Arguments& a) {
-  constexpr std::size_t kMostFrames = 1000;
-  CLI::App* command =
-      add_map_command(app, "export-web", "save the page with a map and its figures as a folder for any web server", a);
+  const CLI::Range most(std::size_t{0}, std::size_t{1000});
+  CLI::App* command = add_map_command(app, "export-web", "save the page with a map and its figures as a folder for the web", a);
   command->add_option("-o,--output", a.output, "folder; must be absent or empty")->required();
-  command->add_option("--camera-frames", a.camera_frames, "frames of the recording for the camera view, default 40")
-      ->check(CLI::Range(std::size_t{0}, kMostFrames));
+  command->add_option("--camera-frames", a.camera_frames, "frames of the recording for the camera view, default 40")->check(most);
 }
 
-constexpr int kMostJobs = 4096;
+void add_jobs(CLI::App& app, Arguments& a, const std::string& what) {
+  constexpr int kMostJobs = 4096;
+  app.add_option("--jobs", a.jobs, what + " at a time, each in a process of its own, default 1")->check(CLI::Range(1, kMostJobs));
+}
 
 void add_benchmark(CLI::App& benchmark, Arguments& a) {
   benchmark.add_flag("--quick", a.quick, "one small home and few settings, in two minutes; fails if a score is below its floor");
   benchmark.add_option("--group", a.group,
                        "answer this question alone, named as the report names it: 'Regularizer', 'Voxel size' ...");
-  benchmark
-      .add_option("-o,--output", a.output,
-                  "folder for report.md, report.json and charts; what was done in it before is not done again")
-      ->required();
-  benchmark
-      .add_option("--jobs", a.jobs, "parts at a time (a home under a few settings), each in a process of its own, default 1")
-      ->check(CLI::Range(1, kMostJobs));
+  benchmark.add_option("-o,--output", a.output, "folder for report.md, report.json, charts; it goes on from there")->required();
+  add_jobs(benchmark, a, "parts (a home under a few settings)");
   benchmark.add_option("--part", a.benchmark_part, "what a benchmark calls")->group("");
   add_threads(benchmark, a);
 }
@@ -309,8 +305,7 @@ void add_benchmark(CLI::App& benchmark, Arguments& a) {
 void add_batch(CLI::App& batch, Arguments& a) {
   batch.add_option("list", a.dataset, "file with a recording or sim:SEED a line, or a folder of recordings")->required();
   batch.add_option("-o,--output", a.output, "folder for batch.json, batch.md and a folder for each scene")->required();
-  batch.add_option("--jobs", a.jobs, "scenes at a time, each in a process of its own, default 1")
-      ->check(CLI::Range(1, kMostJobs));
+  add_jobs(batch, a, "scenes");
   batch.add_flag("--gt", a.with_truth, "score each scene against its truth, and all of them together");
   batch.add_option(
       "--share-predictions", a.shared_predictions,
