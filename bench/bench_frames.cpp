@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kSeededLabelSet = "indoor";
 
 std::size_t image_bytes(const BenchFrame& f) {
-  return f.frame.depth.size() * sizeof(float) + f.frame.color.size() * sizeof(Rgb) +
+  return (f.frame.depth.size() + f.frame.depth_weight.size()) * sizeof(float) + f.frame.color.size() * sizeof(Rgb) +
          f.segmentation.segment_at.size() * sizeof(std::uint16_t);
 }
 
@@ -48,6 +48,7 @@ Camera resized(const Camera& c, double factor, int width, int height) {
 Frame resized(const Frame& frame, double factor) {
   Frame result = frame;
   result.depth = resized(frame.depth, factor);
+  if (!frame.depth_weight.empty()) result.depth_weight = resized(frame.depth_weight, factor);
   result.color = resized(frame.color, factor);
   result.depth_camera = resized(frame.depth_camera, factor, result.depth.width(), result.depth.height());
   result.color_camera = resized(frame.color_camera, factor, result.color.width(), result.color.height());

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <thread>
 
 #include "apps/panoptic/batch_plan.h"
 #include "apps/panoptic/commands.h"
@@ -24,15 +22,7 @@ namespace fs = std::filesystem;
 
 // `patience_s`: how long somebody else may still have it. Throws Error.
 std::unique_ptr<FolderClaim> claimed(const fs::path& lock_file, FolderClaim::Kind kind, double patience_s) {
-  constexpr std::chrono::milliseconds kPause{50};
-  const Stopwatch waited;
-  for (;;) {
-    auto claim = std::make_unique<FolderClaim>(lock_file, kind);
-    if (claim->is_ours()) return claim;
-    if (waited.seconds() >= patience_s) break;
-    claim.reset();
-    std::this_thread::sleep_for(kPause);
-  }
+  if (auto claim = claim_folder(lock_file, kind, patience_s)) return claim;
   throw Error(
       fmt::format("another batch writes {}: wait until it is done, or choose another folder", lock_file.parent_path().string()));
 }

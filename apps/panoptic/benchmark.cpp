@@ -40,6 +40,29 @@ Study study_of(const Arguments& arguments) {
 
 fs::path folder_of(const Arguments& a, std::size_t part) { return fs::path(a.output) / "parts" / fmt::format("{}", part); }
 
+// The input of a part. Times are a part of the result, and so the threads are one of the input.
+std::string fingerprint_of(const Arguments& a, std::size_t part, int threads) {
+  Fingerprint input;
+  input.add_this_program();
+  input.add(fmt::format("{} {} {} {}", part, a.quick, threads, a.group));
+  return input.text();
+}
+
+// The result of a part, if it was made of this input.
+std::optional<PartResult> result_of(const Arguments& a, const ExperimentPart& part, std::size_t number,
+                                    const std::string& fingerprint) {
+  const fs::path file = folder_of(a, number) / kResult;
+  if (!is_file(file)) return std::nullopt;
+  try {
+    const Json json = read_json_file(file);
+    if (json.value("fingerprint", "") != fingerprint) return std::nullopt;
+    PartResult result = part_result_in(json, file.string());
+    return result.counts.size() == part.settings.size() ? std::optional(std::move(result)) : std::nullopt;
+  } catch (const std::exception&) {  // damaged: it is made again
+    return std::nullopt;
+  }
+}
+
 // A part of the benchmark, as a program of its own.
 int run_one_part(const Arguments& a, const Experiment& experiment) {
   const std::vector<ExperimentPart> parts = parts_of(experiment);
@@ -52,41 +75,40 @@ int run_one_part(const Arguments& a, const Experiment& experiment) {
         return !interrupted();
       });
   if (!result) return kInterrupted;
-  write_json_file(folder_of(a, *a.benchmark_part) / kResult, to_json(*result));
+  Json json = to_json(*result);
+  json["fingerprint"] = fingerprint_of(a, *a.benchmark_part, a.threads);
+  write_json_file(folder_of(a, *a.benchmark_part) / kResult, json);
   return kDone;
 }
 
-// Each part as a scene of a batch.
-std::vector<SceneTask> tasks_of(const Arguments& a, const Experiment& experiment) {
-  const std::vector<ExperimentPart> parts = parts_of(experiment);
-  const int jobs = a.jobs.value_or(1);
-  Fingerprint program;
-  program.add_this_program();
-  std::vector<SceneTask> tasks;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const SimulationOptions& home = experiment.homes[parts[i].home];
-    SceneTask& task = tasks.emplace_back();
-    std::vector<std::string> command{kThisProgram, "benchmark", "-o", a.output, "--part", fmt::format("{}", i)};
-    if (a.quick) command.emplace_back("--quick");
-    if (!a.group.empty()) command.insert(command.end(), {"--group", a.group});
-    Fingerprint input = program;
-    for (std::size_t word = 2; word < command.size(); ++word) input.add(command[word]);
-    const int threads = std::max(1, (a.threads > 0 ? a.threads : thread_count()) / jobs);
-    command.insert(command.end(), {"--threads", fmt::format("{}", threads)});
-    task.record.scene = {fmt::format("{}", i), fmt::format("sim:{},rooms={}", home.seed, home.rooms)};
-    task.record.fingerprint = input.text();
-    task.folder = fs::absolute(folder_of(a, i));
-    task.steps.push_back({std::move(command), {}, {}, {}});
-    task.leaves_map = false;
-  }
-  return tasks;
+int threads_of_each(const Arguments& a) { return std::max(1, thread_count() / a.jobs.value_or(1)); }
+
+// A part as a scene of a batch.
+SceneTask task_of(const Arguments& a, const Experiment& experiment, std::size_t number) {
+  const SimulationOptions& home = experiment.homes[parts_of(experiment)[number].home];
+  SceneTask task;
+  task.record.scene = {fmt::format("{}", number), fmt::format("sim:{},rooms={}", home.seed, home.rooms)};
+  task.record.fingerprint = fingerprint_of(a, number, threads_of_each(a));
+  task.folder = fs::absolute(folder_of(a, number));
+  std::vector<std::string> command{kThisProgram, "benchmark", "-o", a.output, "--part", fmt::format("{}", number)};
+  command.insert(command.end(), {"--threads", fmt::format("{}", threads_of_each(a))});
+  if (a.quick) command.emplace_back("--quick");
+  if (!a.group.empty()) command.insert(command.end(), {"--group", a.group});
+  task.steps.push_back({std::move(command), {}, {}, {}});
+  task.outdated = {task.folder / kResult};
+  task.leaves_map = false;
+  return task;
 }
 
 // Works on all parts that are not finished; false if interrupted. Throws Error if one failed.
 bool run_parts(const Arguments& a, const Experiment& experiment) {
-  std::vector<SceneTask> tasks = tasks_of(a, experiment);
-  const std::size_t all = tasks.size();
-  std::erase_if(tasks, [](const SceneTask& task) { return is_finished(read_record(task.folder), task.record.fingerprint); });
+  const std::vector<ExperimentPart> parts = parts_of(experiment);
+  std::vector<SceneTask> tasks;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    SceneTask task = task_of(a, experiment, i);
+    if (!result_of(a, parts[i], i, task.record.fingerprint)) tasks.push_back(std::move(task));
+  }
+  const std::size_t all = parts.size();
   fmt::print("{} parts, {} of them done before\n", all, all - tasks.size());
   std::fflush(stdout);
   if (tasks.empty()) return true;
@@ -105,10 +127,12 @@ bool run_parts(const Arguments& a, const Experiment& experiment) {
 }
 
 std::vector<SettingResult> gathered(const Arguments& a, const Experiment& experiment) {
+  const std::vector<ExperimentPart> parts = parts_of(experiment);
   std::vector<PartResult> results;
-  for (std::size_t i = 0; i < parts_of(experiment).size(); ++i) {
-    const fs::path file = folder_of(a, i) / kResult;
-    results.push_back(part_result_in(read_json_file(file), file.string()));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    auto result = result_of(a, parts[i], i, fingerprint_of(a, i, threads_of_each(a)));
+    if (!result) throw Error(fmt::format("{}: what was made there is gone; run the command again", folder_of(a, i).string()));
+    results.push_back(std::move(*result));
   }
   return outcomes_of(experiment, results);
 }
@@ -121,8 +145,9 @@ int benchmark(const Arguments& arguments) {
   const Study study = study_of(arguments);
   require_sound(study.experiment);
   if (arguments.benchmark_part) return run_one_part(arguments, study.experiment);
-  const FolderClaim claim(fs::path(arguments.output) / "batch.lock", FolderClaim::Kind::kAlone);
-  if (!claim.is_ours()) throw Error(fmt::format("another benchmark writes {}: wait, or choose another folder", arguments.output));
+  constexpr double kPatience_s = 5;  // the parts of a benchmark that was killed die with it, but may need a moment
+  const auto claim = claim_folder(fs::path(arguments.output) / "batch.lock", FolderClaim::Kind::kAlone, kPatience_s);
+  if (!claim) throw Error(fmt::format("another benchmark writes {}: wait, or choose another folder", arguments.output));
   watch_for_interrupt();
   fmt::print("{} homes under {} settings\n", study.experiment.homes.size(), study.experiment.settings.size());
   const Stopwatch stopwatch;

@@ -192,6 +192,12 @@ Camera camera_from(const py::handle& object, const char* what, int width, int he
   return camera;
 }
 
+std::vector<double> times_from(const py::handle& object, const char* what) {
+  const py::array_t<double> array = numbers(object, what);
+  if (array.ndim() != 1) throw Error(fmt::format("the times of {} are {}: they must be (N,)", what, text_of(array)));
+  return {array.data(), array.data() + array.size()};
+}
+
 Vec3d point_from(const py::handle& object, const char* what) {
   const py::array_t<double> array = numbers(object, what);
   if (array.ndim() != 1 || array.shape(0) != 3)

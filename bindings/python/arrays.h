@@ -47,6 +47,8 @@ py::array_t<std::uint8_t> mask_stack(const py::handle& object, const char* what)
 Pose pose_from(const py::handle& object, const char* what);
 // fx, fy, cx and cy of a 3x3 matrix, or a Camera, for images of this size. Throws Error.
 Camera camera_from(const py::handle& object, const char* what, int width, int height);
+// Numbers one after the other, (N,). Throws Error.
+std::vector<double> times_from(const py::handle& object, const char* what);
 // Three finite numbers. Throws Error.
 Vec3d point_from(const py::handle& object, const char* what);
 // One point (3,) or several (N, 3), of finite numbers. Throws Error.

@@ -24,7 +24,7 @@ struct FrameArrays {
   double time_s = 0;
   py::object depth_weight = py::none();
 
-  bool any() const { return !depth.is_none() || !color.is_none() || !k.is_none() || !pose.is_none(); }
+  bool any() const { return !depth.is_none() || !color.is_none() || !k.is_none() || !pose.is_none() || !depth_weight.is_none(); }
 };
 
 // A frame that reads the arrays where they lie.

@@ -229,13 +229,15 @@ Python run while it works.)")
           "add",
           [](PythonMapper& self, const py::object& frame, const py::object& segments, const py::object& depth,
              const py::object& color, const py::object& k, const py::object& pose, const py::object& color_k,
-             const py::object& color_from_depth, std::optional<double> depth_scale, std::int64_t index, double time_s) {
-            return add(self, frame, segments, {depth, color, k, pose, color_k, color_from_depth, depth_scale, index, time_s});
+             const py::object& color_from_depth, std::optional<double> depth_scale, std::int64_t index, double time_s,
+             const py::object& depth_weight) {
+            return add(self, frame, segments,
+                       {depth, color, k, pose, color_k, color_from_depth, depth_scale, index, time_s, depth_weight});
           },
           py::arg("frame") = py::none(), py::arg("segments") = py::none(), py::kw_only(), py::arg("depth") = py::none(),
           py::arg("color") = py::none(), py::arg("K") = py::none(), py::arg("pose") = py::none(), py::arg("color_K") = py::none(),
           py::arg("color_from_depth") = py::none(), py::arg("depth_scale") = py::none(), py::arg("index") = 0,
-          py::arg("time_s") = 0.0,
+          py::arg("time_s") = 0.0, py::arg("depth_weight") = py::none(),
           R"(Fuses a frame: a Frame, or its arrays by name as Frame takes them. They are read while the call lasts.
 
 segments: a Segmentation; or (ids, segments), ids (h, w) whole numbers and a list as Segmentation takes it; or (masks, classes[,

@@ -31,7 +31,11 @@ struct Tracker {
 
   CameraTracker tracker;
   Exclusive use{"camera tracker"};
-  bool is_known = false;  // the pose of the frame that was tracked last
+  std::optional<Frame> known = {};  // the frame that was tracked last, if its pose is known
+
+  bool has_tracked(const Frame& frame) const {
+    return known && known->index == frame.index && known->time_s == frame.time_s && known->depth.row(0) == frame.depth.row(0);
+  }
 };
 
 std::unique_ptr<Tracker> make(float min_depth_m, float max_depth_m, const py::object& start) {
@@ -43,15 +47,17 @@ std::unique_ptr<Tracker> make(float min_depth_m, float max_depth_m, const py::ob
 CameraPose track(Tracker& self, const Frame& frame, PythonMapper& mapper) {
   const Use use(self.use);
   const Use map(*mapper.use);
-  self.is_known = false;
+  self.known.reset();
   const CameraPose pose = released([&] { return self.tracker.track(frame, mapper.mapper.map().voxels); });
-  self.is_known = pose.is_known();
+  if (pose.is_known()) self.known = frame;
   return pose;
 }
 
 void keep(Tracker& self, const Frame& frame) {
   const Use use(self.use);
-  if (!std::exchange(self.is_known, false)) throw Error("keep: the frame that was tracked last is lost, or kept already");
+  if (!self.known) throw Error("keep: the frame that was tracked last is lost, or kept already");
+  if (!self.has_tracked(frame)) throw Error("keep: this is not the frame that was tracked last, or one made of it by with_pose");
+  self.known.reset();
   released([&] { self.tracker.keep(frame); });
 }
 
@@ -109,18 +115,29 @@ py::array covariance(const CameraPose& pose) {
   return array;
 }
 
+std::vector<StampedPose> trajectory_in(const py::object& path, const char* what) {
+  fs::path file;
+  try {
+    file = path.cast<fs::path>();
+  } catch (const py::cast_error&) {
+    throw Error(fmt::format("{} must be (times, poses), or the path of a file", what));
+  }
+  return released([&] { return read_trajectory(file); });
+}
+
 // A trajectory: a file, or times (N,) and poses (N, 4, 4).
 std::vector<StampedPose> stamped(const py::object& given, const char* what) {
-  if (!py::isinstance<py::tuple>(given)) return released([path = given.cast<fs::path>()] { return read_trajectory(path); });
-  const auto pair = given.cast<py::tuple>();
+  if (!py::isinstance<py::tuple>(given) && !py::isinstance<py::list>(given)) return trajectory_in(given, what);
+  const auto pair = given.cast<py::sequence>();
   if (pair.size() != 2) throw Error(fmt::format("{} must be (times, poses), or the path of a file", what));
-  const auto times = pair[0].cast<std::vector<double>>();
-  const auto poses = pair[1].cast<py::sequence>();
-  if (times.size() != poses.size()) throw Error(fmt::format("{}: {} times and {} poses", what, times.size(), poses.size()));
+  const std::vector<double> times = times_from(pair[0], what);
+  const py::array poses = array_of(pair[1], what);
+  if (poses.ndim() != 3 || static_cast<std::size_t>(poses.shape(0)) != times.size())
+    throw Error(fmt::format("{}: {} times and poses of {}: they must be (N,) and (N, 4, 4)", what, times.size(), text_of(poses)));
   std::vector<StampedPose> list;
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!std::isfinite(times[i])) throw Error(fmt::format("{}: time {} is not finite", what, i));
-    list.push_back({times[i], pose_from(poses[i], what)});
+    list.push_back({times[i], pose_from(poses[py::int_(i)], what)});
   }
   std::stable_sort(list.begin(), list.end(), [](const StampedPose& a, const StampedPose& b) { return a.time_s < b.time_s; });
   return list;
@@ -132,7 +149,8 @@ py::dict dict_of(const ErrorStatistics& s) {
 }
 
 py::dict score(const py::object& estimate, const py::object& truth, double most_apart_s, double step_s) {
-  if (!(most_apart_s >= 0) || !(step_s > 0)) throw Error("most_apart_s must not be below 0, and step_s must be above 0");
+  if (!(most_apart_s >= 0) || !(step_s > 0) || !std::isfinite(most_apart_s + step_s))
+    throw Error("most_apart_s must not be below 0, step_s must be above 0, and both finite");
   const std::vector<StampedPose> guessed = stamped(estimate, "estimate");
   const std::vector<StampedPose> true_ones = stamped(truth, "truth");
   const TrajectoryScores s = released([&] { return score_trajectory(guessed, true_ones, {most_apart_s, step_s}); });
@@ -193,7 +211,10 @@ Options(map=dict(log="reference")).)")
       .def_property_readonly(
           "loops", &loops,
           "Places that were recognised: dicts of frame, earlier_frame, earlier_from_frame, moved_m, is_believed, corrects.")
-      .def_property_readonly("keyframes", [](const Tracker& t) { return t.tracker.keyframes(); });
+      .def_property_readonly("keyframes", [](Tracker& t) {
+        const Use use(t.use);
+        return t.tracker.keyframes();
+      });
 
   m.def(
       "read_trajectory",

@@ -19,7 +19,8 @@ def camera(recording: str, pipeline: pf.OnlinePipeline) -> None:
         due_s = frame.time_s - first_s or count / 30
         time.sleep(max(0, begin + due_s - time.monotonic()))
         taken = pipeline.push(depth=frame.depth, color=frame.color, K=frame.depth_camera, color_K=frame.color_camera,
-                              color_from_depth=frame.color_from_depth, pose=frame.pose, index=frame.index, time_s=frame.time_s)
+                              color_from_depth=frame.color_from_depth, pose=frame.pose, index=frame.index, time_s=frame.time_s,
+                              depth_weight=frame.depth_weight)
         if not taken:
             print(f"frame {frame.index} was dropped: fusion is behind")
 

@@ -12,9 +12,12 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <thread>
 
 #include "panoptic/base/files.h"
+#include "panoptic/profile.h"
 
 namespace panoptic {
 namespace {
@@ -144,5 +147,17 @@ FolderClaim::FolderClaim(const std::filesystem::path& lock_file, Kind kind)
 }
 
 FolderClaim::~FolderClaim() { ::close(descriptor_); }
+
+std::unique_ptr<FolderClaim> claim_folder(const std::filesystem::path& lock_file, FolderClaim::Kind kind, double patience_s) {
+  constexpr std::chrono::milliseconds kPause{50};
+  const Stopwatch waited;
+  for (;;) {
+    auto claim = std::make_unique<FolderClaim>(lock_file, kind);
+    if (claim->is_ours()) return claim;
+    claim.reset();
+    if (waited.seconds() >= patience_s) return nullptr;
+    std::this_thread::sleep_for(kPause);
+  }
+}
 
 }  // namespace panoptic

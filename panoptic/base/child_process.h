@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,5 +51,9 @@ class FolderClaim {
   int descriptor_ = -1;
   bool is_ours_ = false;
 };
+
+// The claim, waited for as long as somebody else has it, but no longer than that; nothing if they keep it. Children of a process
+// that was killed die with it, but may need a moment. Throws FileError.
+std::unique_ptr<FolderClaim> claim_folder(const std::filesystem::path& lock_file, FolderClaim::Kind kind, double patience_s);
 
 }  // namespace panoptic

@@ -212,10 +212,10 @@ void Registration::clean_depth(const Frame& frame, Band& band) {
     band.readings += clean.readings;
     band.farthest_m = std::max(band.farthest_m, clean.farthest_m);
     if (frame.depth_weight.empty()) continue;
-    // Those of pixels without a reading can be anything, and must not be NaN.
+    // Those of pixels without a reading can be anything, and must be finite.
     const float* weights = frame.depth_weight.row(row);
     std::transform(weights, weights + result_.width, result_.depth_weight.data() + result_.index(row),
-                   [](float weight) { return weight > 0 ? weight : 1.0F; });
+                   [](float weight) { return weight > 0 && weight <= 1 ? weight : 1.0F; });
   }
 }
 

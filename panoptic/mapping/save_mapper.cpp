@@ -21,7 +21,7 @@ std::vector<FrameRecord> frames_of(const Mapper& mapper) {
   for (const TimedPose& pose : mapper.frames().trajectory()) {
     const auto position = static_cast<std::int64_t>(frames.size());
     frames.push_back(
-        {.position = position, .frame = position, .time_s = pose.time_s, .world_from_camera = pose.world_from_camera});
+        {.position = position, .frame = pose.frame, .time_s = pose.time_s, .world_from_camera = pose.world_from_camera});
   }
   return frames;
 }

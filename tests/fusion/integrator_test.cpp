@@ -123,7 +123,8 @@ std::vector<Frame> weighed(std::vector<Frame> frames) {
     Image<float> weight(frame.depth.width(), frame.depth.height());
     for (std::size_t i = 0; i < weight.size(); ++i) {
       const bool is_reading = frame.depth[i] > 0;
-      weight[i] = is_reading ? 1.0F / static_cast<float>(1 + i % 5) : std::numeric_limits<float>::quiet_NaN();
+      const float none = i % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity();
+      weight[i] = is_reading ? 1.0F / static_cast<float>(1 + i % 5) : none;
     }
     frame.depth_weight = std::move(weight);
   }

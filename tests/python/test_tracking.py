@@ -64,14 +64,28 @@ class Tracking(unittest.TestCase):
         with self.assertRaisesRegex(pf.Error, "lost, or kept already"):
             tracker.keep(pf.Frame(**dark))
 
+    def test_only_the_frame_that_was_tracked_is_kept(self):
+        tracker, mapper = pf.CameraTracker(), pf.Mapper(pf.Options(**COARSE))
+        first, second = self.dataset[0], self.dataset[1]
+        self.assertTrue(tracker.track(first, mapper))
+        with self.assertRaisesRegex(pf.Error, "not the frame that was tracked"):
+            tracker.keep(second)
+        tracker.keep(first.with_pose(np.eye(4)))
+        with self.assertRaisesRegex(pf.Error, "kept already"):
+            tracker.keep(first)
+
     def test_wrong_trajectories_are_refused(self):
         times, poses = self.truth
-        for wrong, words in [((times[:2], poses), "2 times and 12 poses"), ((times * np.nan, poses), "time 0 is not finite"),
+        for wrong, words in [((times[:2], poses), "2 times and poses"), (None, "must be"), ((times[:, None], poses), "times of"),
+                             ((times * np.nan, poses), "time 0 is not finite"),
                              ((times,), "must be"), (scratch() / "none.txt", "none.txt")]:
             with self.assertRaisesRegex(pf.Error, words):
                 pf.score_trajectory(wrong, self.truth)
         with self.assertRaisesRegex(pf.Error, "step_s"):
             pf.score_trajectory(self.truth, self.truth, step_s=0)
+        with self.assertRaisesRegex(pf.Error, "finite"):
+            pf.score_trajectory(self.truth, self.truth, most_apart_s=float("inf"))
+        self.assertEqual(pf.score_trajectory([times, poses], self.truth)["absolute_m"]["count"], 12)
         with self.assertRaisesRegex(pf.Error, "start"):
             pf.CameraTracker(start=np.zeros((4, 4)))
 
@@ -102,6 +116,7 @@ class Weights(unittest.TestCase):
         mapper = pf.Mapper(pf.Options(**COARSE), labels=LABELS)
         for wrong in (np.zeros((120, 160), np.float32), np.full((120, 160), 2, np.float32), np.ones((2, 2), np.float32)):
             self.assertIn("weight", mapper.add(pf.Frame(**arrays(), depth_weight=wrong)).reason)
+            self.assertIn("weight", mapper.add(**arrays(), depth_weight=wrong).reason)
         with self.assertRaisesRegex(pf.Error, "must be float32"):
             pf.Frame(**arrays(), depth_weight=np.ones((120, 160)))
 
@@ -120,7 +135,7 @@ class Weights(unittest.TestCase):
 def seen(i, box, label):
     """A frame of the wall, with something 1.2 m before the camera if `box`, and its mask."""
     frame = arrays(3 * i)
-    frame["index"], frame["time_s"] = i, i / 10
+    frame["index"], frame["time_s"] = 3 * i, i / 10
     ids = np.ones((120, 160), np.uint8)
     if box:
         frame["depth"][40:90, 60:110] = 1.2
@@ -135,7 +150,7 @@ class Changes(unittest.TestCase):
             frame, segments = seen(i, True, "person")
             self.assertTrue(mapper.add(**frame, segments=segments))
         track, = mapper.moving_tracks()
-        self.assertEqual((track["class_name"], list(track["frames"])), ("person", list(range(6))))
+        self.assertEqual((track["class_name"], list(track["frames"])), ("person", list(range(0, 18, 3))))
         self.assertEqual((track["min_m"].shape, track["times_s"].shape), ((6, 3), (6,)))
         self.assertTrue(np.all(np.abs(track["min_m"][:, 2] - 1.2) < 0.06), track["min_m"])
         self.assertEqual(mapper.map.objects("person"), [])
@@ -155,7 +170,9 @@ class Changes(unittest.TestCase):
         self.assertEqual(mapper.map.history(changes_since=chair["gone_s"]), [])
         self.assertEqual(len(mapper.map.history(changes_since=0)), 1)
         mapper.save(scratch() / "gone.panoptic")
-        self.assertEqual(pf.load_map(scratch() / "gone.panoptic").history()[0]["id"], chair["id"])
+        saved, = pf.load_map(scratch() / "gone.panoptic").history()
+        for name in ("id", "first_s", "gone_s"):
+            self.assertEqual(saved[name], chair[name], name)
 
     def test_objects_that_stayed(self):
         spans = mapped().map.history()

@@ -2,13 +2,15 @@
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
 """panoptic batch --slurm on a real Slurm of one node in a folder of its own: Debian's munged, slurmctld and slurmd. Its maps are those of
-panoptic batch --jobs, more scenes than an array may have become several arrays, and what was cancelled goes on.
+panoptic batch --jobs, more scenes than an array may have become several arrays, and what was cancelled or killed goes on.
 
-Usage: batch_slurm_test.py PROGRAM"""
+Usage: batch_slurm_test.py PROGRAM    with PANOPTIC_SCENES and PANOPTIC_FRAMES in the environment: so many homes of so many frames, and the times"""
 import json
 import os
 import pathlib
+import random
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -19,8 +21,10 @@ import unittest
 PROGRAM = ""
 SKIPPED = 77
 RUN_OPTIONS = ["--no-pictures", "--set", "map.voxel_size_m=0.06", "--threads", "1"]
-SCENES = 5
-MAX_ARRAY_SIZE = 3  # so that five scenes are three arrays
+SCENES = int(os.environ.get("PANOPTIC_SCENES", 5))
+FRAMES = int(os.environ.get("PANOPTIC_FRAMES", 6))
+IS_MEASURED = "PANOPTIC_SCENES" in os.environ
+MAX_ARRAY_SIZE = 1001 if IS_MEASURED else 3  # Slurm's default; so that five scenes are three arrays
 
 
 def free_port():
@@ -124,10 +128,18 @@ class BatchOnSlurm(unittest.TestCase):
         cls.slurm = RealSlurm(cls.root / "slurm")
         cls.addClassCleanup(cls.slurm.end)
         cls.list = cls.root / "list.txt"
-        cls.list.write_text("".join(f"sim:{seed},rooms=1,frames=6\n" for seed in range(1, SCENES + 1)))
+        cls.list.write_text("".join(f"sim:{seed},rooms=1,frames={FRAMES}\n" for seed in range(1, SCENES + 1)))
         cls.local = cls.root / "local"
+        begin = time.monotonic()
         done = cls.batch(cls.local, "--jobs", "2")
         assert done.returncode == 0, done.stderr
+        cls.tell_time("two at a time", cls.local, time.monotonic() - begin)
+
+    @staticmethod
+    def tell_time(name, out, wall_s):
+        if IS_MEASURED:
+            half_s = json.loads((out / "batch.json").read_text())["sum_s"] / 2
+            print(f"{SCENES} homes of {FRAMES} frames, {name}: {wall_s:.1f} s, {wall_s / half_s:.3f} of half the sum of the scenes", flush=True)
 
     @classmethod
     def batch(cls, out, *options):
@@ -148,19 +160,34 @@ class BatchOnSlurm(unittest.TestCase):
 
     def test_maps_are_those_of_one_machine(self):
         out = self.root / "out of arrays"  # scripts must quote it
+        begin = time.monotonic()
         done = self.batch(out, "--slurm", "--jobs", "2", "--slurm-option=--cpus-per-task=1")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn(f"{SCENES} of {SCENES} scenes submitted", done.stdout)
-        self.assertEqual(len((out / "slurm" / "jobs.txt").read_text().split()), 4, "three arrays and who gathers")
+        if not IS_MEASURED:
+            self.assertEqual(len((out / "slurm" / "jobs.txt").read_text().split()), 4, "three arrays and who gathers")
         refused = self.batch(out)
         self.assertEqual(refused.returncode, 1)
         self.assertIn("is being made by Slurm's jobs", refused.stderr)
         self.slurm.wait_for_all_jobs()
+        self.tell_time("by Slurm with two slots", out, time.monotonic() - begin)
         self.expect_same_maps(out)
         again = self.batch(out, "--slurm")
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertIn(f"0 of {SCENES} scenes submitted", again.stdout)
         self.slurm.wait_for_all_jobs()
+        self.expect_same_maps(out)
+
+    def test_killed_trees_go_on(self):
+        out = self.root / "killed"
+        chance = random.Random()
+        for _ in range(3):
+            batch = subprocess.Popen([PROGRAM, "batch", str(self.list), "-o", str(out), "--jobs", "2", "--", *RUN_OPTIONS], cwd=self.root,
+                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+            time.sleep(chance.uniform(0.2, 1.2) * (FRAMES / 6))
+            os.killpg(batch.pid, signal.SIGKILL)
+            batch.wait()
+        self.assertEqual(self.batch(out, "--jobs", "2").returncode, 0)
         self.expect_same_maps(out)
 
     def test_cancelled_tasks_are_told_and_go_on(self):
