@@ -192,6 +192,23 @@ Camera camera_from(const py::handle& object, const char* what, int width, int he
   return camera;
 }
 
+std::optional<double> number_from(const py::handle& object, const char* what) {
+  if (object.is_none()) return std::nullopt;
+  const double number = PyFloat_AsDouble(object.ptr());
+  if (PyErr_Occurred() == nullptr) return number;
+  PyErr_Clear();
+  throw Error(fmt::format("{} is {}: it must be a number", what, std::string(py::repr(object))));
+}
+
+std::optional<std::int64_t> whole_from(const py::handle& object, const char* what) {
+  if (object.is_none()) return std::nullopt;
+  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
+  const std::int64_t number = index ? PyLong_AsLongLong(index.ptr()) : -1;
+  if (PyErr_Occurred() == nullptr) return number;
+  PyErr_Clear();
+  throw Error(fmt::format("{} is {}: it must be a whole number", what, std::string(py::repr(object))));
+}
+
 std::vector<double> times_from(const py::handle& object, const char* what) {
   const py::array_t<double> array = numbers(object, what);
   if (array.ndim() != 1) throw Error(fmt::format("the times of {} are {}: they must be (N,)", what, text_of(array)));

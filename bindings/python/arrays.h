@@ -47,6 +47,10 @@ py::array_t<std::uint8_t> mask_stack(const py::handle& object, const char* what)
 Pose pose_from(const py::handle& object, const char* what);
 // fx, fy, cx and cy of a 3x3 matrix, or a Camera, for images of this size. Throws Error.
 Camera camera_from(const py::handle& object, const char* what, int width, int height);
+// One number; none for None. Throws Error.
+std::optional<double> number_from(const py::handle& object, const char* what);
+// A whole number; none for None. Throws Error.
+std::optional<std::int64_t> whole_from(const py::handle& object, const char* what);
 // Numbers one after the other, (N,). Throws Error.
 std::vector<double> times_from(const py::handle& object, const char* what);
 // Three finite numbers. Throws Error.

@@ -26,9 +26,8 @@ Camera color_camera(const FrameArrays& arrays, const Camera& depth_camera, const
 }
 
 std::shared_ptr<Frame> make_frame(const py::object& depth, const py::object& color, const py::object& k, const py::object& pose,
-                                  const py::object& color_k, const py::object& color_from_depth,
-                                  std::optional<double> depth_scale, const py::object& depth_weight, std::int64_t index,
-                                  double time_s) {
+                                  const py::object& color_k, const py::object& color_from_depth, const py::object& depth_scale,
+                                  const py::object& depth_weight, const py::object& index, const py::object& time_s) {
   const FrameArrays arrays{depth, color, k, pose, color_k, color_from_depth, depth_scale, index, time_s, depth_weight};
   const auto made = std::make_shared<LentFrame>(arrays);
   return {made, &made->frame};
@@ -50,12 +49,12 @@ LentFrame::LentFrame(const FrameArrays& arrays) {
   require(arrays.color, "color");
   require(arrays.k, "K");
   require(arrays.pose, "pose");
-  if (!std::isfinite(arrays.time_s)) throw Error("time_s is not finite");
-  frame.index = arrays.index;
-  frame.time_s = arrays.time_s;
+  frame.index = whole_from(arrays.index, "index").value_or(0);
+  frame.time_s = number_from(arrays.time_s, "time_s").value_or(0);
+  if (!std::isfinite(frame.time_s)) throw Error("time_s is not finite");
   frame.world_from_camera = pose_from(arrays.pose, "pose");
   if (!arrays.color_from_depth.is_none()) frame.color_from_depth = pose_from(arrays.color_from_depth, "color_from_depth");
-  frame.depth = depth_image(arrays.depth, arrays.depth_scale, lent);
+  frame.depth = depth_image(arrays.depth, number_from(arrays.depth_scale, "depth_scale"), lent);
   if (!arrays.depth_weight.is_none()) frame.depth_weight = weight_image(arrays.depth_weight, lent);
   frame.color = color_image(arrays.color, lent);
   frame.depth_camera = camera_from(arrays.k, "K", frame.depth.width(), frame.depth.height());

@@ -19,9 +19,9 @@ struct FrameArrays {
   py::object pose;
   py::object color_k;
   py::object color_from_depth;
-  std::optional<double> depth_scale;
-  std::int64_t index = 0;
-  double time_s = 0;
+  py::object depth_scale;
+  py::object index = py::none();
+  py::object time_s = py::none();
   py::object depth_weight = py::none();
 
   bool any() const { return !depth.is_none() || !color.is_none() || !k.is_none() || !pose.is_none() || !depth_weight.is_none(); }

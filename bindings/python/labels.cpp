@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -48,6 +49,12 @@ ClassId class_from(const py::handle& object, const LabelSet* labels) {
   if (PyErr_Occurred() != nullptr) PyErr_Clear();  // too large: -1 is no class
   if (!index) throw Error(fmt::format("{} is no class: give its name or its number", std::string(py::repr(object))));
   return class_numbered(id, labels);
+}
+
+bool same_classes(const LabelSet& a, const LabelSet& b) {
+  return std::ranges::equal(a.classes(), b.classes(), [](const LabelClass& x, const LabelClass& y) {
+    return x.id == y.id && x.name == y.name && x.is_thing == y.is_thing;
+  });
 }
 
 ClassId class_numbered(std::int64_t id, const LabelSet* labels) {

@@ -261,9 +261,9 @@ load_map gives one, and Mapper.map is one that shows the mapper's state whenever
       .def("at", &at, py::arg("point"), "What the map holds at a point, or None where nothing was observed.")
       .def(
           "explain",
-          [](MapView& v, std::int64_t id) {
+          [](MapView& v, const py::object& id) {
             const Use use(*v.use);
-            return explain_object(v.map, id);
+            return explain_object(v.map, object_number(id));
           },
           py::arg("id"), "Why an object is what it is: a dict of probabilities, votes over time, best views and parts.")
       .def("history", &history, py::arg("when") = py::none(), py::arg("changes_since") = py::none(),

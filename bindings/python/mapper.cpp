@@ -3,10 +3,12 @@
 #include "bindings/python/mapper.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,7 +38,8 @@ Outcome add(PythonMapper& self, const py::object& frame, const py::object& segme
   const Use use(*self.use);
   require_unfinished(self);
   const LabelSet& labels = self.mapper.map().labels;
-  const GivenFrame given(frame, arrays);
+  const GivenFrame given(frame, self.numbered(arrays));
+  self.next_index = (*given).index + 1;
   const std::shared_ptr<const Segmentation> segmentation = segmentation_from(segments, labels);
   require_sound(*segmentation, labels);
   const Outcome fits = check(*segmentation, (*given).color.width(), (*given).color.height());
@@ -203,6 +206,18 @@ GivenFrame::GivenFrame(const py::object& frame, const FrameArrays& arrays) {
   frame_ = frame.cast<std::shared_ptr<Frame>>();
 }
 
+void refuse_call(const char* name, const py::args& args, const py::kwargs& named) {
+  static const std::set<std::string> kNames = {"frame",   "segments",         "depth",       "color", "K",      "pose",
+                                               "color_K", "color_from_depth", "depth_scale", "index", "time_s", "depth_weight"};
+  for (const auto& [key, value] : named) {
+    const std::string given = py::str(key);
+    if (!kNames.contains(given))
+      throw Error(fmt::format("{}: there is no argument '{}'; there are {}", name, given, fmt::join(kNames, ", ")));
+  }
+  if (args.size() > 2) throw Error(fmt::format("{}: give a Frame, or its arrays by name: depth=, color=, K=, pose=", name));
+  throw Error(fmt::format("{}: an argument was given twice", name));
+}
+
 py::dict stage_times(const Profile& profile) {
   py::dict stages;
   for (const auto& [name, times] : profile.stages()) {
@@ -229,20 +244,23 @@ Python run while it works.)")
           "add",
           [](PythonMapper& self, const py::object& frame, const py::object& segments, const py::object& depth,
              const py::object& color, const py::object& k, const py::object& pose, const py::object& color_k,
-             const py::object& color_from_depth, std::optional<double> depth_scale, std::int64_t index, double time_s,
+             const py::object& color_from_depth, const py::object& depth_scale, const py::object& index, const py::object& time_s,
              const py::object& depth_weight) {
             return add(self, frame, segments,
                        {depth, color, k, pose, color_k, color_from_depth, depth_scale, index, time_s, depth_weight});
           },
           py::arg("frame") = py::none(), py::arg("segments") = py::none(), py::kw_only(), py::arg("depth") = py::none(),
           py::arg("color") = py::none(), py::arg("K") = py::none(), py::arg("pose") = py::none(), py::arg("color_K") = py::none(),
-          py::arg("color_from_depth") = py::none(), py::arg("depth_scale") = py::none(), py::arg("index") = 0,
+          py::arg("color_from_depth") = py::none(), py::arg("depth_scale") = py::none(), py::arg("index") = py::none(),
           py::arg("time_s") = 0.0, py::arg("depth_weight") = py::none(),
-          R"(Fuses a frame: a Frame, or its arrays by name as Frame takes them. They are read while the call lasts.
+          R"(Fuses a frame: a Frame, or its arrays by name as Frame takes them. They are read while the call lasts. Without an index a frame
+has the number after the last.
 
 segments: a Segmentation; or (ids, segments), ids (h, w) whole numbers and a list as Segmentation takes it; or (masks, classes[,
 scores]), masks (N, h, w); or a panoptic image (h, w), class number * 1000 + instance; or None: labels stay as they are.
 Returns an Outcome: a frame without a depth reading, say, is counted and changes nothing.)")
+      .def("add",
+           [](PythonMapper&, const py::args& args, const py::kwargs& named) -> Outcome { refuse_call("add", args, named); })
       .def("skip", &skip, py::arg("index"), py::arg("reason"), "Counts a frame that could not be read.")
       .def("regularize", &regularize, "Regularizes the labels of what changed; add does so every regularizer.every_frames.")
       .def("finish", &finish, "After the last frame. Nothing can be added any more; everything can be read.")

@@ -17,14 +17,23 @@ namespace panoptic::python {
 struct PythonMapper {
   PythonMapper(const Options& chosen, LabelSet labels) : options(chosen), mapper(chosen, std::move(labels)) {}
 
+  FrameArrays numbered(FrameArrays arrays) const {
+    if (arrays.index.is_none()) arrays.index = py::int_(next_index);
+    return arrays;
+  }
+
   Options options;
   Mapper mapper;
   bool finished = false;
+  std::int64_t next_index = 0;  // of a frame that comes without one
   std::shared_ptr<Exclusive> use = std::make_shared<Exclusive>("mapper");
 };
 
 // Counts and times in milliseconds by stage.
 py::dict stage_times(const Profile& profile);
+
+// A call of `add` or `push` that fits none of their forms.
+[[noreturn]] void refuse_call(const char* name, const py::args& args, const py::kwargs& named);
 
 // The frame that `add` and `push` are given: a Frame, or its arrays. Throws Error.
 class GivenFrame {

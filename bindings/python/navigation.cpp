@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bindings/python/arrays.h"
+#include "bindings/python/objects.h"
 #include "bindings/python/planning.h"
 
 namespace panoptic::python {
@@ -47,8 +48,9 @@ Path path(PythonNavigation& self, const py::object& start, const py::object& goa
   return ask(self, [&](const NavigationMesh& mesh) { return mesh.path(from, to); });
 }
 
-Path path_to(PythonNavigation& self, const py::object& start, std::int64_t id) {
+Path path_to(PythonNavigation& self, const py::object& start, const py::object& object) {
   const Vec3d from = point_from(start, "start");
+  const std::int64_t id = object_number(object);
   if (id < 1 || id > std::numeric_limits<std::uint32_t>::max()) throw Error(fmt::format("there is no object with the id {}", id));
   return ask(self, [&](const NavigationMesh& mesh) { return mesh.path_to(from, static_cast<PanopticId>(id)); });
 }

@@ -46,6 +46,16 @@ NamedObject named(const FoundObject& object, const LabelSet& labels) {
   return {object, std::string(labels.name_of(object.class_id))};
 }
 
+std::int64_t object_number(const py::handle& object) {
+  if (py::isinstance<NamedObject>(object)) return number(object.cast<const NamedObject&>().object.id);
+  try {
+    return object.cast<std::int64_t>();
+  } catch (const py::cast_error&) {
+    throw Error(fmt::format("{} is no object: give its id or a MapObject (room.node_named has the id of a name)",
+                            std::string(py::repr(object))));
+  }
+}
+
 py::dict explain_object(const PanopticMap& map, std::int64_t id) {
   const Object& object = object_of(map.objects, id);
   py::dict probabilities;

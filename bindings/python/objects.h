@@ -22,6 +22,9 @@ inline py::object id_or_none(PanopticId id) {
   return id == PanopticId::kUnknown ? py::object(py::none()) : py::object(py::int_(number(id)));
 }
 
+// The number of an object that is given by it, or as a MapObject. Throws Error.
+std::int64_t object_number(const py::handle& object);
+
 // Everything that the registry knows of an object, by name. Throws Error if there is none with this id.
 py::dict explain_object(const PanopticMap& map, std::int64_t id);
 

@@ -90,8 +90,8 @@ void begin_in_child() {
 
 template <bool kWait>
 bool push(PythonPipeline& self, const py::object& frame, const py::object& depth, const py::object& color, const py::object& k,
-          const py::object& pose, const py::object& color_k, const py::object& color_from_depth,
-          std::optional<double> depth_scale, std::int64_t index, double time_s, const py::object& depth_weight) {
+          const py::object& pose, const py::object& color_k, const py::object& color_from_depth, const py::object& depth_scale,
+          const py::object& index, const py::object& time_s, const py::object& depth_weight) {
   return self.push(frame, {depth, color, k, pose, color_k, color_from_depth, depth_scale, index, time_s, depth_weight}, kWait);
 }
 
@@ -102,7 +102,9 @@ void bind_push(Pipeline& pipeline, const char* name, const char* help) {
   pipeline.def(name, &push<kWait>, py::arg("frame") = py::none(), py::kw_only(), py::arg("depth") = py::none(),
                py::arg("color") = py::none(), py::arg("K") = py::none(), py::arg("pose") = py::none(),
                py::arg("color_K") = py::none(), py::arg("color_from_depth") = py::none(), py::arg("depth_scale") = py::none(),
-               py::arg("index") = 0, py::arg("time_s") = 0.0, py::arg("depth_weight") = py::none(), help);
+               py::arg("index") = py::none(), py::arg("time_s") = 0.0, py::arg("depth_weight") = py::none(), help);
+  pipeline.def(
+      name, [name](PythonPipeline&, const py::args& args, const py::kwargs& named) -> bool { refuse_call(name, args, named); });
 }
 
 }  // namespace

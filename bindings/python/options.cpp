@@ -19,6 +19,12 @@ void set(Options& options, const std::string& name, const py::handle& value) {
   set_option(options, fmt::format("{}={}", name, toml_value(value, name)));
 }
 
+void require_no_group(const Options& options, const std::string& name) {
+  const std::string heading = fmt::format("\n[{}]\n", name);
+  if (to_toml(options).find(heading) != std::string::npos)
+    throw Error(fmt::format("'{}' is a group of options: give a dict, as {}=dict(...)", name, name));
+}
+
 // A group of options is a dict, or another one inside: map=dict(voxel_size_m=0.05).
 void set_all(Options& options, const std::string& prefix, const py::dict& values) {
   const Level level;
@@ -27,6 +33,7 @@ void set_all(Options& options, const std::string& prefix, const py::dict& values
     if (py::isinstance<py::dict>(value)) {
       set_all(options, name + ".", py::reinterpret_borrow<py::dict>(value));
     } else {
+      require_no_group(options, name);
       set(options, name, value);
     }
   }

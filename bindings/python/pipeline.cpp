@@ -18,6 +18,11 @@ PythonPipeline::PythonPipeline(std::shared_ptr<PythonMapper> mapper, py::object 
     : mapper_(std::move(mapper)), predictor_(std::move(predictor)) {
   if (!predictor_.is_none() && !py::isinstance<SharedPredictor>(predictor_)) throw Error("predictor must be a Predictor or None");
   if (!predictor_.is_none()) seeing_ = predictor_.cast<SharedPredictor*>();
+  if (seeing_ != nullptr && !same_classes(seeing_->labels(), labels())) {
+    throw Error(
+        fmt::format("the predictor's label set '{}' is not the mapper's '{}': make the mapper with labels=predictor.labels",
+                    seeing_->labels().name(), labels().name()));
+  }
   if (mapper_->finished) throw Error("the mapper is finished: no more can be added, so make a new one");
   take_parts();
   try {
@@ -108,7 +113,8 @@ void PythonPipeline::require_going() const {
 
 bool PythonPipeline::push(const py::object& frame, const FrameArrays& arrays, bool wait) {
   require_going();
-  const GivenFrame given(frame, arrays);
+  const GivenFrame given(frame, mapper_->numbered(arrays));
+  mapper_->next_index = (*given).index + 1;
   // Pixels that Python lent are copied there: whoever pushed may use his memory again.
   return released([&] { return wait ? pipeline_->push_when_free(*given) : pipeline_->push(*given); });
 }

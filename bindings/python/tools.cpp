@@ -96,7 +96,9 @@ py::object object_or_none(const std::optional<FoundObject>& object, const LabelS
 }
 
 py::dict diff(const fs::path& a, const fs::path& b) {
-  const auto [before, after] = released([&] { return std::pair(load_map_with_frames(a), load_map_with_frames(b)); });
+  const auto maps = released([&] { return std::pair(load_map_with_frames(a), load_map_with_frames(b)); });
+  const auto& before = maps.first;
+  const auto& after = maps.second;
   const MapDiff found = released([&] { return diff_maps(before, after, a.string(), b.string()); });
   warn(found.notes);
   py::list changes;
@@ -138,7 +140,7 @@ void bind_tools(py::module_& m) {
   m.def("simulate", &make_home, py::arg("folder"), py::arg("progress") = py::none(),
         R"(Writes a simulated home as a ScanNet scan with truth and predictions: simulate("home", seed=7, rooms=2, frames=300).
 
-Settings by name: seed, rooms, frames, noise, predictions, jpeg_quality, truth_stride. progress(done, frames) is called meanwhile.)");
+Settings by name: seed, rooms, frames (0: as many as the way through the rooms takes), noise, predictions, jpeg_quality, truth_stride. progress(done, frames) is called meanwhile.)");
   m.def("explain", &explain, py::arg("folder"), py::arg("id"),
         "Why an object of a run on disk is what it is: a dict of votes, best views, boxes, mergers, and a text for people.");
   m.def("diff_maps", &diff, py::arg("before"), py::arg("after"),

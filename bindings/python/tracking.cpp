@@ -143,7 +143,14 @@ std::vector<StampedPose> stamped(const py::object& given, const char* what) {
   return list;
 }
 
+// Without a pair there is nothing to say.
 py::dict dict_of(const ErrorStatistics& s) {
+  if (s.count == 0) {
+    py::dict empty = dict_of(ErrorStatistics{.count = 1});
+    for (const auto& [name, value] : py::dict(empty)) empty[name] = py::none();
+    empty["count"] = 0;
+    return empty;
+  }
   return py::dict(py::arg("count") = s.count, py::arg("rmse") = s.rmse, py::arg("mean") = s.mean, py::arg("median") = s.median,
                   py::arg("standard_deviation") = s.standard_deviation, py::arg("least") = s.least, py::arg("most") = s.most);
 }
@@ -230,7 +237,7 @@ Options(map=dict(log="reference")).)")
 
 estimate, truth: (times (N,), poses (N, 4, 4)), or the path of a file as read_trajectory reads it. most_apart_s: between the two stamps
 of a pair. step_s: of the relative error. A dict: poses, true_poses, way_m, absolute_m (ATE, after rigid alignment without scale),
-relative_m and relative_deg (RPE; each with count, rmse, mean, median, standard_deviation, least, most), truth_from_estimate (4, 4).)");
+relative_m and relative_deg (RPE; each with count, rmse, mean, median, standard_deviation, least, most; all None where no two poses lie step_s apart), truth_from_estimate (4, 4).)");
 }
 
 }  // namespace panoptic::python

@@ -86,6 +86,8 @@ class Tracking(unittest.TestCase):
         with self.assertRaisesRegex(pf.Error, "finite"):
             pf.score_trajectory(self.truth, self.truth, most_apart_s=float("inf"))
         self.assertEqual(pf.score_trajectory([times, poses], self.truth)["absolute_m"]["count"], 12)
+        short = pf.score_trajectory(self.truth, self.truth)["relative_m"]
+        self.assertEqual((short["count"], short["rmse"]), (0, None))
         with self.assertRaisesRegex(pf.Error, "start"):
             pf.CameraTracker(start=np.zeros((4, 4)))
 
