@@ -82,8 +82,8 @@ class NoPoses : public Error {
   using Error::Error;
 };
 
-// The same for a camera that is to be tracked (camera_tracker.h): all frames have one pose, which means nothing, whatever the file
-// says. Throws Error also for a list of recordings, which are tracked one by one.
+// The same for a camera that is to be tracked (camera_tracker.h): all frames have one pose, which means nothing, whatever the
+// file says. Throws Error also for a list of recordings, which are tracked one by one.
 std::unique_ptr<Dataset> open_without_poses(const std::filesystem::path& path, const std::filesystem::path& calibration = {},
                                             std::optional<double> pair_tolerance_s = {});
 
