@@ -42,8 +42,12 @@ fs::path folder_of(const Arguments& a, std::size_t part) { return fs::path(a.out
 
 // The input of a part. Times are a part of the result, and so the threads are one of the input.
 std::string fingerprint_of(const Arguments& a, std::size_t part, int threads) {
-  Fingerprint input;
-  input.add_this_program();
+  static const Fingerprint kProgram = [] {
+    Fingerprint program;
+    program.add_this_program();
+    return program;
+  }();
+  Fingerprint input = kProgram;
   input.add(fmt::format("{} {} {} {}", part, a.quick, threads, a.group));
   return input.text();
 }
@@ -84,8 +88,7 @@ int run_one_part(const Arguments& a, const Experiment& experiment) {
 int threads_of_each(const Arguments& a) { return std::max(1, thread_count() / a.jobs.value_or(1)); }
 
 // A part as a scene of a batch.
-SceneTask task_of(const Arguments& a, const Experiment& experiment, std::size_t number) {
-  const SimulationOptions& home = experiment.homes[parts_of(experiment)[number].home];
+SceneTask task_of(const Arguments& a, const SimulationOptions& home, std::size_t number) {
   SceneTask task;
   task.record.scene = {fmt::format("{}", number), fmt::format("sim:{},rooms={}", home.seed, home.rooms)};
   task.record.fingerprint = fingerprint_of(a, number, threads_of_each(a));
@@ -105,7 +108,7 @@ bool run_parts(const Arguments& a, const Experiment& experiment) {
   const std::vector<ExperimentPart> parts = parts_of(experiment);
   std::vector<SceneTask> tasks;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    SceneTask task = task_of(a, experiment, i);
+    SceneTask task = task_of(a, experiment.homes[parts[i].home], i);
     if (!result_of(a, parts[i], i, task.record.fingerprint)) tasks.push_back(std::move(task));
   }
   const std::size_t all = parts.size();

@@ -66,6 +66,26 @@ py::array matrix_of(const Pose& pose);
 py::array matrix_of(const Camera& camera);
 py::array vector_of(const Vec3d& vector);
 
+// Poses one after the other, (N, 4, 4).
+template <typename Poses>
+py::array matrices_of(const Poses& poses) {
+  py::array_t<double> matrices({static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
+  double* out = matrices.mutable_data();
+  for (const auto& pose : poses) {
+    Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(out);
+    matrix = pose.world_from_camera.matrix();
+    out += matrix.size();
+  }
+  return matrices;
+}
+
+template <typename Poses>
+py::array times_of(const Poses& poses) {
+  py::array_t<double> times(static_cast<py::ssize_t>(poses.size()));
+  std::transform(poses.begin(), poses.end(), times.mutable_data(), [](const auto& pose) { return pose.time_s; });
+  return times;
+}
+
 // Vectors of two or three numbers as (N, 2) or (N, 3).
 template <typename T, int kNumbers>
 py::array rows_of(const std::vector<Eigen::Matrix<T, kNumbers, 1>>& vectors) {

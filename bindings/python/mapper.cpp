@@ -123,16 +123,7 @@ py::dict frames(const PythonMapper& self) {
 py::tuple trajectory(const PythonMapper& self) {
   const Use use(*self.use);
   const std::vector<TimedPose>& poses = self.mapper.frames().trajectory();
-  const auto count = static_cast<py::ssize_t>(poses.size());
-  py::array_t<double> times(count);
-  py::array_t<double> matrices({count, py::ssize_t{4}, py::ssize_t{4}});
-  using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
-  for (py::ssize_t i = 0; i < count; ++i) {
-    const TimedPose& pose = poses[static_cast<std::size_t>(i)];
-    times.mutable_data()[i] = pose.time_s;
-    Eigen::Map<Matrix>(matrices.mutable_data() + 16 * i) = pose.world_from_camera.matrix();
-  }
-  return py::make_tuple(times, matrices);
+  return py::make_tuple(times_of(poses), matrices_of(poses));
 }
 
 // A row of three numbers for each box.

@@ -23,7 +23,6 @@ namespace panoptic::python {
 namespace {
 
 namespace fs = std::filesystem;
-using RowMatrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
 // A tracker, who uses it, and the frame that it may be told to keep.
 struct Tracker {
@@ -68,26 +67,6 @@ py::object corrected_poses(Tracker& self) {
   py::dict dict;
   for (const FramePose& pose : *poses) dict[py::int_(pose.frame)] = matrix_of(pose.world_from_camera);
   return dict;
-}
-
-// Poses one after the other, (N, 4, 4).
-template <typename Poses>
-py::array matrices_of(const Poses& poses) {
-  py::array_t<double> matrices({static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
-  double* out = matrices.mutable_data();
-  for (const auto& pose : poses) {
-    Eigen::Map<RowMatrix> matrix(out);
-    matrix = pose.world_from_camera.matrix();
-    out += matrix.size();
-  }
-  return matrices;
-}
-
-template <typename Poses>
-py::array times_of(const Poses& poses) {
-  py::array_t<double> times(static_cast<py::ssize_t>(poses.size()));
-  std::transform(poses.begin(), poses.end(), times.mutable_data(), [](const auto& pose) { return pose.time_s; });
-  return times;
 }
 
 py::tuple trajectory(Tracker& self) {

@@ -53,17 +53,19 @@ struct Mapping {
   }
 };
 
-void finish(const Mapping& mapping, const ScanTruth& truth, PartCounts& counts) {
+PartCounts finished(const Mapping& mapping, const ScanTruth& truth) {
+  PartCounts counts;
   if (mapping.mapper) mapping.mapper->finish();
   const PanopticMap& mapped = mapping.mapper ? mapping.mapper->map() : mapping.substitute->map();
   const LabelledMap map = labelled_map(mapped, mapping.mapper ? mapping.mapper->mesh() : mapping.substitute->mesh());
-  counts.objects += map.confidence.size();
-  counts.map_mb = std::max(counts.map_mb, static_cast<double>(mapped.voxels.memory_bytes()) / 1e6);
+  counts.objects = map.confidence.size();
+  counts.map_mb = static_cast<double>(mapped.voxels.memory_bytes()) / 1e6;
   counts.evaluation.add(map, truth);
-  if (!mapping.mapper) return;
+  if (!mapping.mapper) return counts;
   const auto& stages = mapping.mapper->profile().stages();
-  if (const auto stage = stages.find("fusion"); stage != stages.end()) counts.fusion_p50_ms += stage->second.percentile_ms(0.5);
-  if (const auto stage = stages.find("regularize"); stage != stages.end()) counts.regularize_ms += stage->second.mean_ms();
+  if (const auto stage = stages.find("fusion"); stage != stages.end()) counts.fusion_p50_ms = stage->second.percentile_ms(0.5);
+  if (const auto stage = stages.find("regularize"); stage != stages.end()) counts.regularize_ms = stage->second.mean_ms();
+  return counts;
 }
 
 // Every frame of the home into every mapping; a segmentation is made once per preset. False if `tick` says so.
@@ -136,7 +138,7 @@ std::optional<PartResult> run_part(const Experiment& experiment, const Experimen
   if (!whole) return std::nullopt;
   const ScanTruth truth = builder.finish(simulation);
   PartResult result{{}, count_things(truth)};
-  for (const Mapping& mapping : mappings) finish(mapping, truth, result.counts.emplace_back());
+  for (const Mapping& mapping : mappings) result.counts.push_back(finished(mapping, truth));
   return result;
 }
 
