@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks what neither clang-format nor clang-tidy looks at: licence lines, file lengths, paths of somebody's machine, names, and
-how comments begin.
+"""Checks what neither clang-format nor clang-tidy looks at: licence lines, file lengths, paths of somebody's machine, names, how
+comments begin, and what batches of sources hide from clang-tidy.
 
 Usage: check_style.py [FILE...]    default: every file that git tracks or would add
 """
@@ -19,6 +19,7 @@ UNCHECKED = {"LICENSE", "package-lock.json"}
 FORBIDDEN = [
     (re.compile(r"(?<![\w.])/(work|home|root|Users|mnt)/\w"), "a path of one machine"),
     (re.compile(r"\b(registry\.npmjs|pypi\.org|files\.pythonhosted|deb\.debian|crates\.io)"), "a package registry"),
+    (re.compile(r'^#include ".*\.cpp"'), "a source that includes a source"),
     (re.compile(r"^(class|struct) \w*(Manager|Handler|Helper|Util|Utils|Impl)\b"), "a name that says nothing"),
     (re.compile(r"^ .*\bget_\w+\(.*\) const(?! override)"), "a getter: name the thing itself"),
     (re.compile(r"[ \t]+$"), "white space at the end of the line"),
@@ -66,6 +67,17 @@ def comments_without_subject(path):
         before = line
 
 
+def unused_names(path):
+    """Names from elsewhere that nothing in the source says: clang-tidy looks for them in the file that it was given, a batch."""
+    if path.suffix != ".cpp":
+        return
+    text = path.read_text(encoding="utf-8")
+    for brought in re.finditer(r"^ *(?:using (?:\w*::)+(\w+);|namespace (\w+) = )", text, re.M):
+        name = brought[1] or brought[2]
+        if len(re.findall(rf"\b{name}\b", text)) == 1 + brought[0].count(f"{name}::"):
+            yield text.count("\n", 0, brought.start()) + 1, f"the name '{name}' is brought here and not used"
+
+
 def doubled_types(paths):
     """Two types of one name in two headers: the linker takes either's functions for both."""
     places = {}
@@ -100,7 +112,7 @@ def main():
         if path.name in UNCHECKED or path == pathlib.Path(__file__) or not path.is_file():
             continue
         checked += 1
-        for number, what in [*findings(path), *comments_without_subject(path)]:
+        for number, what in [*findings(path), *comments_without_subject(path), *unused_names(path)]:
             wrong += 1
             print(f"{path}:{number}: {what}", file=sys.stderr)
     if wrong == 0:

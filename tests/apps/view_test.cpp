@@ -17,12 +17,9 @@ namespace {
 
 using test::expect_one_line;
 using test::fetch;
-using test::fresh_folder;
 using test::ProgramResult;
 using test::run_program;
 using test::RunningProgram;
-using testing::AllOf;
-using testing::HasSubstr;
 
 class View : public test::Run {
  protected:

@@ -15,7 +15,6 @@ namespace {
 using test::kChair;
 using test::kSofa;
 using test::solid_box;
-using test::stuff;
 using test::World;
 
 constexpr ObjectPresence::Rules kRules{6};

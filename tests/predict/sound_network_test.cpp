@@ -17,7 +17,6 @@
 namespace panoptic {
 namespace {
 
-using test::error_of;
 using test::fresh_folder;
 using test::OnnxWriter;
 using testing::HasSubstr;
