@@ -7,6 +7,7 @@
 #include <charconv>
 #include <optional>
 #include <random>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -20,6 +21,8 @@ namespace {
 constexpr std::size_t kMaxCacheBytes = std::size_t{64} << 20;
 constexpr const char* kJson = "application/json";
 constexpr const char* kBytes = "application/octet-stream";
+
+const std::set<std::string_view> kNumbered = {"/api/play/frame.jpg", "/api/play/frame.json", "/api/play/slice.png"};
 
 std::string fresh_run_name() {
   std::random_device source;
@@ -139,12 +142,13 @@ Answer ViewerContent::play(const std::string& path, const Query& query) {
     if (path == "/api/play/walls.json") return with(kJson, play_.plan().walls_index);
     if (path == "/api/play/affordances.json") return with(kJson, play_.plan().affordances);
     if (path == "/api/play/frames.json") return with(kJson, play_.frames());
-    const bool is_picture = path == "/api/play/frame.jpg";
-    if (!is_picture && path != "/api/play/frame.json") return said(404, "nothing here");
+    if (path == "/api/play/distances.json") return with(kJson, play_.distances());
+    if (!kNumbered.contains(path)) return said(404, "nothing here");
     const auto asked = query.find("n");
     const auto place = asked == query.end() ? std::nullopt : number_in<std::size_t>(asked->second);
-    if (!place) return said(400, "n is not the place of a frame in frames.json, from 0");
-    return is_picture ? with("image/jpeg", play_.picture(*place)) : with(kJson, play_.frame(*place));
+    if (!place) return said(400, "n is not a place in frames.json or distances.json, from 0");
+    if (path == "/api/play/slice.png") return with("image/png", play_.slice(*place));
+    return path == "/api/play/frame.jpg" ? with("image/jpeg", play_.picture(*place)) : with(kJson, play_.frame(*place));
   } catch (const Error& e) {
     return said(404, e.what());
   }

@@ -11,6 +11,8 @@
 #include "panoptic/error.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/rebuild_file.h"
+#include "panoptic/planning/distance_picture.h"
+#include "panoptic/planning/ground.h"
 #include "panoptic/sim/open_again.h"
 
 namespace panoptic {
@@ -24,6 +26,11 @@ Json rows_of(const Pose& pose) {
     for (int column = 0; column < 4; ++column) rows.push_back(pose.matrix()(row, column));
   }
   return rows;
+}
+
+std::optional<Vec3d> up_in(const SavedMap& saved) {
+  if (note_or_empty(saved, run_note::kUp).empty()) return std::nullopt;
+  return up_of(saved);
 }
 
 }  // namespace
@@ -41,13 +48,53 @@ const ScenePlan& PlaySource::plan() {
   if (!why_no_plan_.empty()) throw Error(why_no_plan_);
   try {
     const SavedMap saved = load_map(map_file_);
-    std::optional<Vec3d> up;
-    if (!note_or_empty(saved, run_note::kUp).empty()) up = up_of(saved);
-    return plan_.emplace(scene_plan(saved.map, {}, up));
+    return plan_.emplace(scene_plan(saved.map, {}, up_in(saved)));
   } catch (const Error& e) {
     why_no_plan_ = e.what();
     throw;
   }
+}
+
+const PlaySource::Distances& PlaySource::measured() {
+  require_map();
+  if (distances_) return *distances_;
+  if (!why_no_distances_.empty()) throw Error(why_no_distances_);
+  try {
+    const SavedMap saved = load_map(map_file_);
+    DistanceField field(up_frame(saved.map, up_in(saved)), {.cell_m = plan_cell_m(saved.map.voxels)});
+    field.update(saved.map);
+    DistanceField::Values values = field.values();
+    if (values.distance_m.empty()) throw Error("distances: this map has no surface");
+    return distances_.emplace(
+        Distances{std::move(values), Pose(field.grid_from_world().inverse()), field.cell_m(), field.cap_m()});
+  } catch (const Error& e) {
+    why_no_distances_ = e.what();
+    throw;
+  }
+}
+
+std::string PlaySource::distances() {
+  const Distances& d = measured();
+  const Vec3d low = d.values.origin_m - Vec3d::Constant(d.cell_m / 2);
+  const Vec3d high = low + d.values.size.cast<double>() * d.cell_m;
+  Json heights = Json::array();
+  for (int level = 0; level < d.values.size.z(); ++level) heights.push_back(d.values.origin_m.z() + level * d.cell_m);
+  return Json{{"world_from_grid", rows_of(d.world_from_grid)},
+              {"low_m", {low.x(), low.y()}},
+              {"high_m", {high.x(), high.y()}},
+              {"heights_m", std::move(heights)},
+              {"cap_m", d.cap_m},
+              {"line_m", kSliceLine_m}}
+      .dump();
+}
+
+std::string PlaySource::slice(std::size_t place) {
+  const Distances& d = measured();
+  if (place >= static_cast<std::size_t>(d.values.size.z())) {
+    throw Error(fmt::format("there is no slice {}: the distances have {}", place, d.values.size.z()));
+  }
+  const std::vector<std::uint8_t> bytes = distance_slice_png(d.values, d.cap_m, static_cast<int>(place));
+  return {bytes.begin(), bytes.end()};
 }
 
 const PlaySource::Recording& PlaySource::recording() {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The mode "Play" needs this of a map (docs/viewer_protocol.md): its plan, and the frames that it was made of. Made when
-// somebody asks for the first time. One thread at a time.
+// The mode "Play" and the slice of distances need this of a map (docs/viewer_protocol.md): its plan, the frames that it was made
+// of, and how far the nearest surface is. Made when somebody asks for the first time. One thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "panoptic/distance_field.h"
 #include "panoptic/frame.h"
 #include "panoptic/map_file.h"
 #include "panoptic/mapping/frame_finder.h"
@@ -20,7 +21,7 @@
 
 namespace panoptic {
 
-inline constexpr const char* kNoPlay = "figures need a map file: run with --map FILE, then panoptic play FILE";
+inline constexpr const char* kNoPlay = "figures and distances need a map file: run with --map FILE, then panoptic play FILE";
 
 class PlaySource {
  public:
@@ -29,6 +30,8 @@ class PlaySource {
 
   // All throw Error where there is no such thing, with the reason; the same reason again every time.
   const ScenePlan& plan();
+  std::string distances();                 // JSON: the level slices through the distances, and where they lie
+  std::string slice(std::size_t place);    // one of them as PNG
   std::string frames();                    // JSON: the frames of the camera view
   std::string frame(std::size_t place);    // JSON: camera and pose of one of them
   std::string picture(std::size_t place);  // its colour image as JPEG
@@ -39,7 +42,14 @@ class PlaySource {
     FrameFinder finder;
     std::vector<FrameRecord> frames;  // those that the map was made of
   };
+  struct Distances {
+    DistanceField::Values values;
+    Pose world_from_grid;
+    double cell_m = 0;
+    double cap_m = 0;
+  };
   void require_map() const;
+  const Distances& measured();
   const Recording& recording();
   const Frame& read(std::size_t place);
 
@@ -47,6 +57,8 @@ class PlaySource {
   std::string why_not_;
   std::optional<ScenePlan> plan_;
   std::string why_no_plan_;
+  std::optional<Distances> distances_;
+  std::string why_no_distances_;
   std::optional<Recording> recording_;
   std::string why_no_recording_;
   std::optional<std::size_t> read_place_;

@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kMostSlices = 16;
 constexpr std::string_view kModuleScript = R"(<script type="module" src="/assets/page.js"></script>)";
 
 std::string base64(std::string_view bytes) {
@@ -68,6 +69,7 @@ class PageWriter {
     close("map.js");
     keep_chunks();
     keep_plan();
+    keep_slices();
     keep_frames(most_frames);
     write_index(page);
     return std::move(saved_);
@@ -124,6 +126,22 @@ class PageWriter {
       if (!keep(path, path, {})) break;
     }
     close("play.js");
+  }
+
+  // Every few centimetres of height, as many as a page has patience for.
+  void keep_slices() {
+    const Answer answer = content_.answer("/api/play/distances.json", {});
+    if (answer.status != 200) return;  // the plan has said why
+    Json distances = Json::parse(*answer.body);
+    const Json heights = std::exchange(distances["heights_m"], Json::array());
+    const std::size_t stride = std::max<std::size_t>(1, (heights.size() + kMostSlices - 1) / kMostSlices);
+    for (std::size_t i = 0; i < heights.size(); i += stride) {
+      keep(fmt::format("/api/play/slice.png?n={}", distances["heights_m"].size()), "/api/play/slice.png",
+           {{"n", fmt::format("{}", i)}});
+      distances["heights_m"].push_back(heights[i]);
+    }
+    keep_text("/api/play/distances.json", distances.dump());
+    close("distances.js");
   }
 
   void keep_frames(std::size_t most) {

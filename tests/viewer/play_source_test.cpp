@@ -4,9 +4,14 @@
 // The files that Play asks the server for, and those that a saved page keeps for it.
 #include "apps/viewer/play_source.h"
 
+#include <fmt/format.h>
+
 #include "apps/viewer/assets.h"
 #include "apps/viewer/saved_page.h"
 #include "panoptic/base/files.h"
+#include "panoptic/base/image_io.h"
+#include "panoptic/base/json.h"
+#include "panoptic/planning/distance_picture.h"
 #include "tests/fresh_folder.h"
 #include "tests/viewer/server_fixture.h"
 
@@ -50,9 +55,32 @@ constexpr const char* kPlayFiles[] = {"affordances.json", "navmesh.bin", "walls.
 
 TEST_F(ServedPlay, WithoutAMapFileTheAnswerSaysHowToGetOne) {
   for (const char* name : kPlayFiles) expect_refused(name, kNoPlay);
-  for (const char* name : {"frames.json", "frame.json?n=0", "frame.jpg?n=0"}) expect_refused(name, "run with --map");
-  EXPECT_EQ(get("/api/play/frame.jpg?n=-1").status, 400);
+  for (const char* name : {"frames.json", "frame.json?n=0", "frame.jpg?n=0", "distances.json", "slice.png?n=0"}) {
+    expect_refused(name, "run with --map");
+  }
+  for (const char* name : {"frame.jpg?n=-1", "slice.png", "slice.png?n=x"}) {
+    EXPECT_EQ(get(std::string("/api/play/") + name).status, 400) << name;
+  }
   expect_refused("nothing.json", "nothing here");
+}
+
+TEST_F(ServedPlay, EverySliceOfTheDistancesIsAPictureOfTheCellsThere) {
+  serve(map_of_floor());
+  const HttpAnswer about = get("/api/play/distances.json");
+  ASSERT_EQ(about.status, 200) << about.body;
+  const Json distances = Json::parse(about.body);
+  const std::size_t levels = distances["heights_m"].size();
+  ASSERT_GT(levels, 2U);
+  EXPECT_LT(distances["heights_m"][0], 0);
+  EXPECT_GT(distances["heights_m"][levels - 1], 0);
+  const double width_m = distances["high_m"][0].get<double>() - distances["low_m"][0].get<double>();
+  for (const std::size_t level : {std::size_t{0}, levels - 1}) {
+    const HttpAnswer slice = get(fmt::format("/api/play/slice.png?n={}", level));
+    ASSERT_EQ(slice.status, 200) << slice.body;
+    const std::vector<std::uint8_t> bytes(slice.body.begin(), slice.body.end());
+    EXPECT_NEAR(decode_rgb(bytes, "slice").width(), width_m / 0.05 * kSlicePixelsPerCell, 0.5);
+  }
+  expect_refused(fmt::format("slice.png?n={}", levels).c_str(), "there is no slice");
 }
 
 TEST_F(ServedPlay, WithoutAFloorTheReasonIsTheSameEveryTime) {
@@ -86,6 +114,11 @@ TEST_F(ServedPlay, ASavedPageOfAMapWithoutWallsKeepsAllOfThePlan) {
   const std::string plan = read_file(folder / "data" / "play.js");
   for (const char* name : kPlayFiles) EXPECT_THAT(plan, HasSubstr(std::string("\"/api/play/") + name + "\"")) << name;
   EXPECT_TRUE(saved.notes.empty()) << saved.notes.front();
+  const std::string distances = read_file(folder / "data" / "distances.js");
+  for (const char* name : {"distances.json", "slice.png?n=0"}) {
+    EXPECT_THAT(distances, HasSubstr(std::string("\"/api/play/") + name + "\"")) << name;
+  }
+  EXPECT_THAT(distances, testing::Not(HasSubstr("slice.png?n=16")));
 }
 
 TEST_F(ServedPlay, ASavedPageNotesWhyThereIsNoPlan) {

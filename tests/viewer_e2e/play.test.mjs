@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { launch, Viewer } from './browser.mjs';
-import { decode_png } from './png.mjs';
+import { decode_png, differing_share } from './png.mjs';
 import { json_of, home_folder, map_folder, Program, work } from './program.mjs';
 import { Truth } from './truth.mjs';
 
@@ -21,7 +21,7 @@ let viewer;
 let to_world;  // from [x, y, z] of a figure
 
 const kEvery_px = 17;
-const kNotSeenToPass = 'its last form has not run to its end yet';
+const kNotEveryTime = 'it does not pass every time';
 
 const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
 const turn_between = (a, b) => Math.abs(Math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]));
@@ -130,7 +130,7 @@ test('Play: insects are within 2 cm of the true walls nine times in ten, and nev
   assert.ok(distances[108] < 0.02 && distances[119] < 0.06, `${distances.slice(100)} m`);
 });
 
-test('Play: what is put on a table rests on it, and falls when it is pushed over the edge', { todo: kNotSeenToPass }, async () => {
+test('Play: what is put on a table rests on it, and falls when it is pushed over the edge', { todo: kNotEveryTime }, async () => {
   const table = await viewer.page.evaluate(() => {
     globalThis.panoptic_play.clear();
     const free = globalThis.panoptic_play.crew.places.tables.find((top) => top.free.length > 0)?.free[0];
@@ -145,12 +145,39 @@ test('Play: what is put on a table rests on it, and falls when it is pushed over
   assert.ok(truth.distance(to_world(place)) < 0.02 && Math.abs(place[1] - table[1]) < 0.03, `it is at ${place}`);
   assert.ok(Math.abs(turn[0]) < 0.05 && Math.abs(turn[2]) < 0.05, 'it stands upright');
   await viewer.screenshot('play_table');
-  for (let i = 0; i < 30; ++i) {
-    await viewer.page.evaluate(() => globalThis.panoptic_play.push(0, [1.5, 0, 0]));
+  const has_fallen = ({ place: [, y] }) => y < table[1] - 0.1;
+  let [fallen] = (await log()).things;
+  for (let i = 0; i < 40 && !has_fallen(fallen); ++i) {
+    const speed = [[1.5, 0, 0], [-1.5, 0, 0], [0, 0, 1.5], [0, 0, -1.5]][Math.floor(i / 10)];  // a wall may be on one side
+    await viewer.page.evaluate((v) => globalThis.panoptic_play.push(0, v), speed);
     await advance(1);
+    [fallen] = (await log()).things;
   }
-  const [fallen] = (await log()).things;
-  assert.ok(fallen && fallen.place[1] < table[1] - 0.1 && fallen.place[1] > -0.05, `it is at ${fallen?.place}`);
+  await advance(2);
+  [fallen] = (await log()).things;
+  assert.ok(fallen && has_fallen(fallen) && fallen.place[1] > -0.05, `it is at ${fallen?.place}`);
+});
+
+test('Distances: a slice lies in the map at the height of the slider, and goes again', async () => {
+  const guest = await Viewer.open(browser, (await program.url()).replace('#play', ''));
+  try {
+    const panel = guest.page.locator('#distances');
+    const before = await guest.settle();
+    await guest.button('Distances to the nearest surface').click();
+    await panel.waitFor({ state: 'visible' });
+    const low = await guest.look_after_change(before);
+    const height_m = async () => Number.parseFloat(await panel.locator('output').textContent());
+    assert.ok(Math.abs(await height_m() - 0.5) < 0.05, `${await height_m()}`);
+    await guest.screenshot('distances');
+    await panel.locator('input').evaluate((slider) => { slider.value = `${Number(slider.value) + 15}`; slider.dispatchEvent(new Event('input')); });
+    await guest.look_after_change(low);
+    assert.ok(await height_m() > 1, `${await height_m()}`);
+    await guest.page.keyboard.press('m');
+    assert.equal(await panel.isHidden(), true);
+    assert.ok(differing_share(before, await guest.settle()) < 0.02, 'something stayed');
+  } finally {
+    assert.deepEqual(await guest.close(), []);
+  }
 });
 
 test('Play: ways in the browser are those of the program', async () => {
@@ -194,7 +221,8 @@ async function stand_in_view(place) {
 }
 
 async function canvas_picture() {
-  await viewer.page.waitForTimeout(400);
+  await viewer.page.evaluate(() => globalThis.panoptic_play.drawn());
+  await viewer.page.waitForTimeout(100);  // until the browser has put it on the page
   const box = await viewer.page.locator('#surface').boundingBox();
   return decode_png(await viewer.page.screenshot({ clip: box }));
 }
@@ -215,7 +243,7 @@ function clear_pixels(a, b) {
   return found;
 }
 
-test('Play: in the camera view the depth of the map hides figures, pixel by pixel', { todo: kNotSeenToPass }, async () => {
+test('Play: in the camera view the depth of the map hides figures, pixel by pixel', { todo: kNotEveryTime }, async () => {
   await viewer.page.evaluate(() => globalThis.panoptic_play.clear());
   await viewer.page.keyboard.press('k');
   await viewer.until(async () => viewer.page.getByRole('button', { name: 'Frame before' }).isVisible(), 'the camera view never came');
@@ -248,7 +276,7 @@ async function without_people(act) {
   return result;
 }
 
-test('Play: a saved page plays from the disk', { todo: kNotSeenToPass }, async () => {
+test('Play: a saved page plays from the disk', async () => {
   const folder = join(work, 'web');
   run('export-web', map_file, '-o', folder, '--camera-frames', '3');
   const saved = await open(pathToFileURL(join(folder, 'index.html')).href);
@@ -270,7 +298,7 @@ test('Play: a folder without a map says that it needs one', async () => {
   try {
     await guest.settle();
     await guest.button('Play').click();
-    await guest.page.getByText('figures need a map file').waitFor();
+    await guest.page.getByText('figures and distances need a map file').waitFor();
   } finally {
     assert.deepEqual((await guest.close()).filter((text) => !/404/.test(text)), []);
     await other.stop();

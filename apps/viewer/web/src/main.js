@@ -7,6 +7,7 @@ import { MeshoptDecoder } from 'meshoptimizer/decoder';
 import { Connection } from './connection.js';
 import { SavedConnection } from './saved_connection.js';
 import { Details } from './details.js';
+import { DistanceSlice } from './distances.js';
 import { by_id, set_text } from './dom.js';
 import { save_glb, save_picture, save_screenshot } from './downloads.js';
 import { FramePanel } from './frame_panel.js';
@@ -54,6 +55,7 @@ class Page {
   #bar = new ViewBar({
     mode: (mode) => this.#set_mode(mode), camera: (camera) => this.#navigation.set_mode(camera),
     reset: () => this.#navigation.reset(), layer: (name, shown) => this.#set_layer(name, shown), play: () => this.#toggle_play(),
+    distances: () => this.#toggle_distances(),
   });
   #picking = new Picking(this.#stage, this.#material);
   #pointer = new Pointer(this.#stage, this.#picking, {
@@ -62,6 +64,7 @@ class Page {
   });
   #play = null;      // the mode "Play", from when it was opened first
   #opening = false;
+  #slice = null;     // of distances, from when it was opened first
   #layers = { path: true, names: false, backs: false };
   #title = 'map';
   #frame_index = -1;
@@ -98,6 +101,9 @@ class Page {
     for (const part of [this.#trail, this.#legend, this.#objects, this.#timeline]) part.reset();
     this.#frame.reset(scene.run);
     this.#navigation.forget();
+    this.#slice?.close();  // another run has another map
+    this.#slice = null;
+    this.#bar.mark_distances(false);
     this.#status.set_scene(scene);
     this.#bar.allow_mode('confidence', scene.has_confidence !== false);
     if (scene.has_confidence === false && this.#mode === 'confidence') this.#set_mode('color');
@@ -194,6 +200,21 @@ class Page {
       this.#bar.mark_play(this.#play.active);
     } catch (error) {
       notify(`Nothing to play with: ${error.message}`);
+    } finally {
+      this.#opening = false;
+    }
+  }
+
+  async #toggle_distances() {
+    if (this.#opening) return;
+    this.#opening = true;
+    try {
+      if (this.#slice === null) notify('Measuring the distances to the nearest surface …');
+      this.#slice ??= await DistanceSlice.open(this.#stage);
+      this.#slice.show(!this.#slice.shown);
+      this.#bar.mark_distances(this.#slice.shown);
+    } catch (error) {
+      notify(`No distances: ${error.message}`);
     } finally {
       this.#opening = false;
     }
@@ -310,7 +331,7 @@ class Page {
       ...Object.fromEntries(kModes.map((mode, i) => [`${i + 1}`, () => this.#bar.is_allowed(mode) && this.#set_mode(mode)])),
       b: toggle('backs'), p: toggle('path'), n: toggle('names'),
       o: () => this.#navigation.set_mode('orbit'), f: () => this.#navigation.set_mode('walk'), c: () => this.#navigation.set_mode('follow'),
-      g: () => this.#toggle_play(), ...this.#play_keys(),
+      g: () => this.#toggle_play(), m: () => this.#toggle_distances(), ...this.#play_keys(),
       r: () => this.#navigation.reset(), t: () => this.#theme.toggle(), x: () => this.#save_screenshot(),
       h: () => this.#show_object(selected(), !this.#labels.is_object_shown(selected())),
       enter: () => this.#fly_to(selected()), escape: () => this.#select(0),

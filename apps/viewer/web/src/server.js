@@ -5,7 +5,7 @@
 // nothing else.
 export const saved = globalThis.panoptic_saved ?? null;  // {path: base64}
 
-const kTypes = { json: 'application/json', jpg: 'image/jpeg' };
+const kTypes = { json: 'application/json', jpg: 'image/jpeg', png: 'image/png' };
 
 // The saved answer to a path; null if it was not saved.
 export function saved_answer(path) {

@@ -52,6 +52,7 @@ export class Stage {
   #before = 0;
   #before_draw = [];
   #after_draw = [];
+  #until_drawn = [];     // called when the next picture that begins is finished
 
   constructor(canvas, material) {
     this.#material = material;
@@ -124,6 +125,12 @@ export class Stage {
     this.#tell_busy();
   }
 
+  // Resolves when a picture that was begun after this call is finished.
+  drawn() {
+    this.invalidate();
+    return new Promise((resolve) => this.#until_drawn.push(resolve));
+  }
+
   // For those who wait until the picture is what it should be.
   #tell_busy() {
     this.canvas.setAttribute('aria-busy', `${this.#pending || this.#busy || this.#later !== 0}`);
@@ -137,14 +144,16 @@ export class Stage {
     }
     const passed_s = Math.min(0.1, Math.max(0, (now_ms - this.#before) / 1000));
     this.#before = now_ms;
+    const waiting = this.#until_drawn;
+    this.#until_drawn = [];
     for (const ticker of this.#tickers) if (!ticker(passed_s)) this.#tickers.delete(ticker);
     this.draw_now();
     for (const listener of this.#after_draw) listener();
-    this.#wait_until_finished();
+    this.#wait_until_finished(waiting);
     if (this.#tickers.size > 0) this.invalidate();
   }
 
-  #wait_until_finished() {
+  #wait_until_finished(waiting) {
     const gl = this.renderer.getContext();
     const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     if (!fence) return;  // the context is lost
@@ -158,6 +167,7 @@ export class Stage {
       this.#finished_ms = performance.now();
       this.#took_ms = this.#finished_ms - began_ms;
       this.#tell_busy();
+      for (const resolve of waiting) resolve();
       if (!this.#again) return null;
       this.#again = false;
       return this.invalidate();

@@ -50,8 +50,9 @@ export class ViewBar {
   #cameras;
   #switches = new Map();
   #play;
+  #distances;
 
-  // actions: {mode(name), camera(name), reset(), layer(name, shown), play()}
+  // actions: {mode(name), camera(name), reset(), layer(name, shown), distances(), play()}
   constructor(actions) {
     const keys = Object.fromEntries(Object.entries(kModeNames).map(([name, text], i) => [name, { text, label: text, title: `${text} (${i + 1})` }]));
     this.#modes = new Choice(by_id('modes'), keys, actions.mode);
@@ -73,6 +74,9 @@ export class ViewBar {
     layer('path', 'path', 'Camera path', 'P');
     layer('names', 'tag', 'Names', 'N');
     layer('backs', 'back', 'Back sides', 'B');
+    this.#distances = element('button', { type: 'button', 'aria-pressed': 'false', title: 'Distances to the nearest surface (M)',
+      'aria-label': 'Distances to the nearest surface', on: { click: actions.distances } }, icon('rings'));
+    layers.append(this.#distances);
     this.#play = element('button', { type: 'button', 'aria-pressed': 'false', title: 'Figures that live in the map (G)', 'aria-label': 'Play', on: { click: actions.play } }, icon('person'), 'Play');
     bar.append(cameras, layers, element('div', { class: 'segmented' }, this.#play));
   }
@@ -99,6 +103,10 @@ export class ViewBar {
 
   mark_play(on) {
     this.#play.setAttribute('aria-pressed', `${on}`);
+  }
+
+  mark_distances(on) {
+    this.#distances.setAttribute('aria-pressed', `${on}`);
   }
 
   mark_layer(name, shown) {

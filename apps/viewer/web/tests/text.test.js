@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Vector3 } from 'three';
+import { nearest_place } from '../src/distances.js';
 import { file_name } from '../src/downloads.js';
 import { History } from '../src/history.js';
 import { best_probability, matches, size_of } from '../src/objects.js';
@@ -18,6 +19,11 @@ test('Text: numbers keep about three digits', () => {
 
 test('Text: durations', () => {
   assert.deepEqual([0, 9.9, 61, 3725].map(duration_text), ['0:00', '0:09', '1:01', '1:02:05']);
+});
+
+test('Distances: a slice is shown at the height that is nearest', () => {
+  assert.equal(nearest_place([-0.1, 0, 0.4, 0.62, 0.7], 0.5), 2);
+  assert.equal(nearest_place([1.5], 0.5), 0);
 });
 
 test('Text: file names hold nothing that a file system refuses', () => {

@@ -154,6 +154,11 @@ export class Play {
     });
   }
 
+  // Resolves when what was changed before is on the screen.
+  drawn() {
+    return this.#page.stage.drawn();
+  }
+
   show_figures(shown) {
     this.#view.group.visible = shown;
     this.#page.stage.invalidate();
