@@ -89,7 +89,8 @@ Database::Database(const std::filesystem::path& path, DatabaseAccess access, std
     throw Error(fmt::format("{} is there already; choose another name or remove it", path.string()));
   }
   if (access != DatabaseAccess::kCreate && !is_file(path)) {
-    throw Error(fmt::format("cannot open {}: there is no such file; check the path", path.string()));
+    const char* why = is_folder(path) ? "it is a folder; give the path of the file in it" : "there is no such file; check the path";
+    throw Error(fmt::format("cannot open {}: {}", path.string(), why));
   }
   sqlite3* handle = nullptr;
   const int code = sqlite3_open_v2(path.c_str(), &handle, flags_of(access, path) | SQLITE_OPEN_NOMUTEX, nullptr);

@@ -24,5 +24,13 @@ TEST(Database, AFailureWithinATransactionIsAnErrorWhereverTheDatabaseIs) {
   }
 }
 
+TEST(Database, WhatIsNoFileIsNamed) {
+  const std::filesystem::path folder = test::fresh_folder("database");
+  const std::string of_folder = test::error_of([&] { const Database database(folder, DatabaseAccess::kRead); });
+  EXPECT_NE(of_folder.find("it is a folder"), std::string::npos) << of_folder;
+  const std::string of_nothing = test::error_of([&] { const Database database(folder / "a", DatabaseAccess::kRead); });
+  EXPECT_NE(of_nothing.find("there is no such file"), std::string::npos) << of_nothing;
+}
+
 }  // namespace
 }  // namespace panoptic

@@ -113,6 +113,17 @@ class Checks(unittest.TestCase):
         for comment in ("// It does\n// What you see is what you get.", "// Offsets.", "int b;  // as in a", "// Whatever it is."):
             self.assertEqual(run("check_style.py", self.write("a.h", LICENCE + "#pragma once\n" + comment + "\n"))[0], 0, comment)
 
+    def test_style_finds_what_batches_of_sources_hide_from_clang_tidy(self):
+        code, message = run("check_style.py", self.write("a.cpp", LICENCE + '#include "panoptic/b.cpp"\n'))
+        self.assertEqual(code, 1)
+        self.assertIn("a source that includes a source", message)
+        for unused in ("using a::b;", "  using ::testing::b;", "namespace b = a::c;"):
+            code, message = run("check_style.py", self.write("a.cpp", LICENCE + unused + "\nint c = bb();\n"))
+            self.assertEqual(code, 1, unused)
+            self.assertIn("the name 'b' is brought here and not used", message)
+        for used in ("using a::b;\nb c;\n", "using b::b;\nint c = b(2);\n", "namespace b = a::c;\nb::d e;\n"):
+            self.assertEqual(run("check_style.py", self.write("a.cpp", LICENCE + used))[0], 0, used)
+
     def test_style_finds_a_type_that_two_headers_define(self):
         one = self.write("one.h", LICENCE + "#pragma once\nstruct Surface {\n};\n")
         two = self.write("two.h", LICENCE + "#pragma once\nenum class Surface : int { kA };\n")
