@@ -89,7 +89,8 @@ Database::Database(const std::filesystem::path& path, DatabaseAccess access, std
     throw Error(fmt::format("{} is there already; choose another name or remove it", path.string()));
   }
   if (access != DatabaseAccess::kCreate && !is_file(path)) {
-    const char* why = is_folder(path) ? "it is a folder; give the path of the file in it" : "there is no such file; check the path";
+    const char* why =
+        is_folder(path) ? "it is a folder; give the path of the file in it" : "there is no such file; check the path";
     throw Error(fmt::format("cannot open {}: {}", path.string(), why));
   }
   sqlite3* handle = nullptr;
