@@ -142,13 +142,6 @@ PoseMessage decode_pose(MessageBytes bytes, std::string_view serialization, std:
   return pose;
 }
 
-PoseMessage decode_transform(MessageBytes bytes, std::string_view serialization) {
-  WireReader reader(bytes, serialization);
-  PoseMessage pose;
-  take_pose(reader, pose);
-  return pose;
-}
-
 float decode_float(MessageBytes bytes, std::string_view serialization) { return WireReader(bytes, serialization).take<float>(); }
 
 }  // namespace panoptic

@@ -22,7 +22,6 @@ constexpr std::string_view kImageType = "sensor_msgs/Image";
 constexpr std::string_view kCompressedImageType = "sensor_msgs/CompressedImage";
 constexpr std::string_view kCameraInfoType = "sensor_msgs/CameraInfo";
 constexpr std::string_view kOdometryType = "nav_msgs/Odometry";
-constexpr std::string_view kTransformType = "geometry_msgs/Transform";
 
 // tf2_msgs/TFMessage, and tf/tfMessage of old bags.
 bool is_transforms_type(std::string_view type);
@@ -90,8 +89,6 @@ struct PoseMessage {
 };
 std::vector<PoseMessage> decode_transforms(MessageBytes bytes, std::string_view serialization);
 PoseMessage decode_pose(MessageBytes bytes, std::string_view serialization, std::string_view type);
-// geometry_msgs/Transform, which has no header.
-PoseMessage decode_transform(MessageBytes bytes, std::string_view serialization);
 
 float decode_float(MessageBytes bytes, std::string_view serialization);  // std_msgs/Float32
 
