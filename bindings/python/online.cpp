@@ -65,12 +65,16 @@ py::array path(const Published& published) {
   return array;
 }
 
-// Before Python goes: what is at work ends, and only then threads may be cut off.
+// Before Python goes: what is at work ends, and only then threads may be cut off. A thread that was making a pipeline has it
+// only when it gets Python's lock, so pipelines may come as long as work is in progress.
 void end_work() {
   ending_in = std::this_thread::get_id();
-  PythonPipeline::end_all();
-  const py::gil_scoped_release release;
-  while (work_in_progress > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (;;) {
+    PythonPipeline::end_all();
+    if (work_in_progress == 0) return;
+    const py::gil_scoped_release release;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 // ONNX Runtime ends its threads when the process ends. In a child it would wait for ever, as they are the parent's: what comes
