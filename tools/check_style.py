@@ -71,7 +71,7 @@ def unused_names(path):
     """Names from elsewhere that nothing in the source says: clang-tidy looks for them in the file that it was given, a batch."""
     if path.suffix != ".cpp":
         return
-    text = path.read_text(encoding="utf-8")
+    text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
     for brought in re.finditer(r"^ *(?:using (?:\w*::)+(\w+);|namespace (\w+) = )", text, re.M):
         name = brought[1] or brought[2]
         if len(re.findall(rf"\b{name}\b", text)) == 1 + brought[0].count(f"{name}::"):

@@ -4,10 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <optional>
 #include <random>
-#include <set>
 #include <string_view>
 #include <utility>
 
@@ -22,7 +23,7 @@ constexpr std::size_t kMaxCacheBytes = std::size_t{64} << 20;
 constexpr const char* kJson = "application/json";
 constexpr const char* kBytes = "application/octet-stream";
 
-const std::set<std::string_view> kNumbered = {"/api/play/frame.jpg", "/api/play/frame.json", "/api/play/slice.png"};
+constexpr std::array<std::string_view, 3> kNumbered = {"/api/play/frame.jpg", "/api/play/frame.json", "/api/play/slice.png"};
 
 std::string fresh_run_name() {
   std::random_device source;
@@ -143,7 +144,7 @@ Answer ViewerContent::play(const std::string& path, const Query& query) {
     if (path == "/api/play/affordances.json") return with(kJson, play_.plan().affordances);
     if (path == "/api/play/frames.json") return with(kJson, play_.frames());
     if (path == "/api/play/distances.json") return with(kJson, play_.distances());
-    if (!kNumbered.contains(path)) return said(404, "nothing here");
+    if (std::find(kNumbered.begin(), kNumbered.end(), path) == kNumbered.end()) return said(404, "nothing here");
     const auto asked = query.find("n");
     const auto place = asked == query.end() ? std::nullopt : number_in<std::size_t>(asked->second);
     if (!place) return said(400, "n is not a place in frames.json or distances.json, from 0");

@@ -128,10 +128,13 @@ class PageWriter {
     close("play.js");
   }
 
-  // Every few centimetres of height, as many as a page has patience for.
+  // At most kMostSlices of the heights, evenly apart.
   void keep_slices() {
     const Answer answer = content_.answer("/api/play/distances.json", {});
-    if (answer.status != 200) return;  // the plan has said why
+    if (answer.status != 200) {
+      keep("/api/play/distances.json", "/api/play/distances.json", {});
+      return close("distances.js");
+    }
     Json distances = Json::parse(*answer.body);
     const Json heights = std::exchange(distances["heights_m"], Json::array());
     const std::size_t stride = std::max<std::size_t>(1, (heights.size() + kMostSlices - 1) / kMostSlices);

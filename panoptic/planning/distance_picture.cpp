@@ -45,7 +45,7 @@ class Slice {
       : size_(values.size.head<2>()),
         distance_m_(values.distance_m.data() + static_cast<std::size_t>(level) * static_cast<std::size_t>(size_.prod())) {}
 
-  // Between the centres of the cells, in cells from the first one's; at the rim and beside unknown cells that of the cell itself.
+  // The distance between the centres of cells, in cells from the first one's; beside unknown cells that of the cell itself.
   float at(double x, double y) const {
     const int x0 = static_cast<int>(std::floor(x));
     const int y0 = static_cast<int>(std::floor(y));

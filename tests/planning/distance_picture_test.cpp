@@ -25,7 +25,7 @@ DistanceField::Values two_levels(const std::vector<float>& lower_m) {
 
 struct Picture {
   explicit Picture(const std::vector<std::uint8_t>& png) : pixels(decode_rgb(png, "slice")) {}
-  // In the cell x of 3, y of 2, at its side that is farther from the middle of the picture. North is up.
+  // The pixel of the cell (x of 3, y of 2) that is farthest from the middle of the picture. North is up.
   Rgb at(int x, int y) const { return pixels(x == 0 ? 0 : (x + 1) * kSlicePixelsPerCell - 1, y == 0 ? pixels.height() - 1 : 0); }
   Image<Rgb> pixels;
 };
@@ -58,11 +58,13 @@ TEST(DistancePicture, LinesRunAtEveryQuarterOfAMetre) {
 }
 
 TEST(DistancePicture, UnknownCellsAreSeeThroughAndTakeNothingFromTheirNeighbours) {
-  const auto png = distance_slice_png(two_levels({0, kUnknown_m, 0, 0, 0, 0}), kCap_m, 0);
-  const Picture picture(png);
-  EXPECT_GT(picture.at(0, 0).r, 2 * picture.at(0, 0).b);
-  const auto all_known = distance_slice_png(two_levels({0, 0, 0, 0, 0, 0}), kCap_m, 0);
-  EXPECT_NE(png, all_known);
+  const Picture beside(distance_slice_png(two_levels({0, kUnknown_m, 0, 0, 0, 0}), kCap_m, 0));
+  const Rgb next_to_it = beside.pixels(kSlicePixelsPerCell - 1, beside.pixels.height() - 1);
+  EXPECT_GT(next_to_it.r, 2 * next_to_it.b);
+  // Unknown cells have the grey of those behind surfaces, but are see-through.
+  const std::vector<float> behind(6, -0.1F);
+  const std::vector<float> unknown(6, kUnknown_m);
+  EXPECT_NE(distance_slice_png(two_levels(behind), kCap_m, 0), distance_slice_png(two_levels(unknown), kCap_m, 0));
 }
 
 }  // namespace

@@ -6,10 +6,10 @@ import { DoubleSide, Group, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, SRG
 import { by_id, element, set_text } from './dom.js';
 import { ask } from './server.js';
 import { notify } from './status.js';
+import { kLineLayer } from './trail.js';
 
 const kPatience_ms = 300000;  // the distances of a large map take a while
 const kFirstHeight_m = 0.5;
-const kUnpickedLayer = 1;     // the picking camera does not see it
 
 // The place of the height that is nearest.
 export function nearest_place(heights_m, height_m) {
@@ -29,11 +29,17 @@ export class DistanceSlice {
   #height = element('output', { class: 'tabular' });
   #place = -1;
   #wanted = -1;
+  #closed = false;
 
   // Throws Error with the server's reason where a map has no distances.
   static async open(stage) {
     const slice = new DistanceSlice(stage, await (await ask('/api/play/distances.json', kPatience_ms)).json());
-    await slice.#show_place(nearest_place(slice.#about.heights_m, kFirstHeight_m));
+    try {
+      await slice.#show_place(nearest_place(slice.#about.heights_m, kFirstHeight_m));
+    } catch (error) {
+      slice.close();
+      throw error;
+    }
     return slice;
   }
 
@@ -44,13 +50,13 @@ export class DistanceSlice {
     const material = new MeshBasicMaterial({ map: new Texture(), transparent: true, side: DoubleSide, depthWrite: false, toneMapped: false });
     this.#plane = new Mesh(new PlaneGeometry(high_m[0] - low_m[0], high_m[1] - low_m[1]), material);
     this.#plane.position.set((low_m[0] + high_m[0]) / 2, (low_m[1] + high_m[1]) / 2, 0);
-    this.#plane.layers.set(kUnpickedLayer);
+    this.#plane.layers.set(kLineLayer);
     this.group.add(this.#plane);
     this.group.matrixAutoUpdate = false;
     this.group.matrix.copy(new Matrix4().set(...world_from_grid));
     this.group.visible = false;
     this.#slider = element('input', { type: 'range', min: 0, max: heights_m.length - 1, step: 1, 'aria-label': 'Height of the slice',
-      on: { input: () => this.#show_place(Number(this.#slider.value)).catch((error) => notify(`No slice here: ${error.message}`)) } });
+      on: { input: () => this.#on_slider() } });
     this.#panel.replaceChildren(element('span', { text: 'Height' }), this.#slider, this.#height,
       element('span', { text: 'Distance 0' }), element('i'), element('span', { text: `${cap_m} m`, title: `A line every ${line_m} m; grey: behind surfaces` }));
     stage.map.add(this.group);
@@ -68,6 +74,7 @@ export class DistanceSlice {
   }
 
   close() {
+    this.#closed = true;
     this.show(false);
     this.group.removeFromParent();
     this.#plane.geometry.dispose();
@@ -81,13 +88,24 @@ export class DistanceSlice {
     this.#wanted = place;
     if (busy) return;
     try {
-      while (this.#wanted !== this.#place) {
+      while (this.#wanted !== this.#place && !this.#closed) {
         const next = this.#wanted;
         const picture = await (await ask(`/api/play/slice.png?n=${next}`, kPatience_ms)).blob();
-        this.#put(next, await createImageBitmap(picture, { imageOrientation: 'flipY' }));
+        const image = await createImageBitmap(picture, { imageOrientation: 'flipY', premultiplyAlpha: 'none' });
+        if (!this.#closed) this.#put(next, image);
       }
     } finally {
       this.#wanted = -1;
+    }
+  }
+
+  async #on_slider() {
+    try {
+      await this.#show_place(Number(this.#slider.value));
+    } catch (error) {
+      if (this.#closed) return;
+      this.#slider.value = this.#place;  // that is what is drawn
+      notify(`No slice here: ${error.message}`);
     }
   }
 

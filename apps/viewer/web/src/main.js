@@ -65,6 +65,8 @@ class Page {
   #play = null;      // the mode "Play", from when it was opened first
   #opening = false;
   #slice = null;     // of distances, from when it was opened first
+  #measuring = false;
+  #scenes = 0;       // how many came
   #layers = { path: true, names: false, backs: false };
   #title = 'map';
   #frame_index = -1;
@@ -101,6 +103,7 @@ class Page {
     for (const part of [this.#trail, this.#legend, this.#objects, this.#timeline]) part.reset();
     this.#frame.reset(scene.run);
     this.#navigation.forget();
+    ++this.#scenes;
     this.#slice?.close();  // another run has another map
     this.#slice = null;
     this.#bar.mark_distances(false);
@@ -206,18 +209,27 @@ class Page {
   }
 
   async #toggle_distances() {
-    if (this.#opening) return;
-    this.#opening = true;
+    if (this.#measuring) return;
+    this.#measuring = true;
     try {
-      if (this.#slice === null) notify('Measuring the distances to the nearest surface …');
-      this.#slice ??= await DistanceSlice.open(this.#stage);
-      this.#slice.show(!this.#slice.shown);
-      this.#bar.mark_distances(this.#slice.shown);
+      this.#slice ??= await this.#open_distances();
+      this.#slice?.show(!this.#slice.shown);
+      this.#bar.mark_distances(this.#slice?.shown ?? false);
     } catch (error) {
       notify(`No distances: ${error.message}`);
     } finally {
-      this.#opening = false;
+      this.#measuring = false;
     }
+  }
+
+  // Null if another scene came meanwhile.
+  async #open_distances() {
+    notify('Measuring the distances to the nearest surface …');
+    const scene = this.#scenes;
+    const slice = await DistanceSlice.open(this.#stage);
+    if (scene === this.#scenes) return slice;
+    slice.close();
+    return null;
   }
 
   async #open_play() {

@@ -14,7 +14,7 @@ const kKeys = [
   ['Page', [['T', 'Light or dark'], ['X', 'Screenshot'], ['?', 'This list']]],
 ];
 
-const typing = (target) => target instanceof HTMLInputElement || target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement;
+const typing = (target) => (target instanceof HTMLInputElement && target.type !== 'range') || target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement;
 
 export class Shortcuts {
   #dialog = by_id('help');

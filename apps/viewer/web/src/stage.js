@@ -156,7 +156,10 @@ export class Stage {
   #wait_until_finished(waiting) {
     const gl = this.renderer.getContext();
     const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    if (!fence) return;  // the context is lost
+    if (!fence) {  // the context is lost
+      this.#until_drawn.push(...waiting);
+      return;
+    }
     gl.flush();
     this.#busy = true;
     const began_ms = performance.now();

@@ -8,7 +8,7 @@ import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
 const kFrustumDepth_m = 0.3;
-const kLineLayer = 1;  // the picking camera does not see it
+export const kLineLayer = 1;  // the picking camera does not see it
 
 function segments(color, width_px) {
   const material = new LineMaterial({ color, linewidth: width_px, transparent: true });
