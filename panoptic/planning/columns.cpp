@@ -133,6 +133,29 @@ void drop_specks(std::vector<GroundSample>& samples, double cell_m) {
   std::erase_if(samples, [&](const GroundSample& s) { return is_speck[pieces.at(pack(cell_of(s)))] != 0; });
 }
 
+constexpr double kSquare_m = 1;
+
+// Drops surface that was hardly seen in comparison with the rest of its square metre: what stands there is seen about as often,
+// and from as near, as the floor around it. Sensors see things in the air at the rims of others, each time elsewhere. The limits
+// are not critical: a share of .25 to .35 and squares of .4 to 1 m gave the same walkable area within a hundredth.
+void drop_hardly_seen(std::vector<GroundSample>& samples) {
+  constexpr double kWellSeen = 0.8;  // the rank of the weight that counts as usual
+  constexpr float kShare = 0.25F;
+  const auto square_of = [](const GroundSample& s) {
+    const Eigen::Vector2i at = (s.at_m.head<2>().cast<double>() / kSquare_m).array().floor().matrix().cast<int>();
+    return pack(Cell{at.x(), at.y(), 0});
+  };
+  std::unordered_map<std::uint64_t, std::vector<float>> weights_in;
+  for (const GroundSample& sample : samples) weights_in[square_of(sample)].push_back(sample.weight);
+  std::unordered_map<std::uint64_t, float> least_in;
+  for (auto& [square, weights] : weights_in) {
+    const auto usual = weights.begin() + static_cast<std::ptrdiff_t>(kWellSeen * static_cast<double>(weights.size() - 1));
+    std::nth_element(weights.begin(), usual, weights.end());
+    least_in[square] = kShare * *usual;
+  }
+  std::erase_if(samples, [&](const GroundSample& s) { return !s.is_floor && s.weight < least_in.at(square_of(s)); });
+}
+
 }  // namespace
 
 SolidColumns solid_columns(const std::vector<GroundSample>& samples, double cell_m, double sample_m, double climb_m) {
@@ -165,11 +188,12 @@ std::vector<GroundSample> ground_samples(const PanopticMap& map, const UpFrame& 
       const Vec3f at_m = grid_from_world * sample.at_m;
       const float up = (grid_from_world.linear() * sample.normal).z();
       const bool is_floor = std::abs(at_m.z()) <= climb_m || (up > kLevelCosine && floor_label[number(sample.label)]);
-      by_block[slot].push_back({at_m, is_floor, up < -kLevelCosine, sample.label});
+      by_block[slot].push_back({at_m, is_floor, up < -kLevelCosine, sample.label, sample.weight});
     }
   });
   std::vector<GroundSample> samples;
   for (const auto& block : by_block) samples.insert(samples.end(), block.begin(), block.end());
+  drop_hardly_seen(samples);
   drop_specks(samples, 2 * double{map.voxels.voxel_size_m()});
   return samples;
 }

@@ -68,6 +68,7 @@ struct GroundSample {
   bool is_floor = false;  // as SolidSpan says
   bool faces_down = false;
   LabelSlot label = LabelSlot::kUnknown;
+  float weight = 0;  // of SurfaceSample
 };
 
 // Columns of samples that each stand for a square of `sample_m`. Spans are apart where nothing is for more than two of them; the

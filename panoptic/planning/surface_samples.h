@@ -17,6 +17,7 @@ struct SurfaceSample {
   Vec3f at_m = Vec3f::Zero();
   Vec3f normal = Vec3f::Zero();  // unit length, towards free space
   LabelSlot label = LabelSlot::kUnknown;
+  float weight = 0;  // how well it was seen: the smaller weight of the two voxels
 };
 
 using SurfaceByBlock = std::vector<std::vector<SurfaceSample>>;  // by slot

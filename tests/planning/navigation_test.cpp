@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "panoptic/map/voxel_grid.h"
 #include "panoptic/parallel.h"
 #include "tests/expect_error.h"
 #include "tests/planning/furnished.h"
@@ -72,6 +73,35 @@ TEST(NavigationMesh, HoldsTheFloorThatIsFarEnoughFromEverything) {
   EXPECT_GT(overlap(turned_rooms(), 0.2), 0.98);
   EXPECT_EQ(rooms().floor.islands(), 1U);
   EXPECT_GT(rooms().floor.polygon_count(), 3U);
+}
+
+// A floor, and across all of it a rail half a metre above it whose voxels have this weight where the floor's have 1.
+PanopticMap map_with_rail(float weight) {
+  PanopticMap map({.voxel_size_m = 0.024F}, LabelSet("test", {{ClassId{1}, "floor", false, {0, 200, 0}}}));
+  test::add_solids(map.voxels,
+                   {test::solid_ground(Vec3d::UnitZ(), 0, test::pid(1)),
+                    test::solid_box({-2, -0.03, 0.45}, {2, 0.03, 0.51}, LabelSlot::kUnknown)},
+                   {-1.5, -1.5, -0.2}, {1.5, 1.5, 1});
+  for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
+    test::BlockEdit edit(map.voxels.block(slot));
+    for (int offset = 0; offset < kBlockVoxels; ++offset) {
+      const VoxelIndex at = voxel_at(first_voxel(map.voxels.index_of(slot)), offset);
+      const Vec3d place = center_m(at, map.voxels.voxel_size_m());
+      float& of_voxel = (*edit).weight[static_cast<std::size_t>(offset)];
+      if (place.z() > 0.3 && std::abs(place.y()) < 0.2) of_voxel = std::min(of_voxel, weight);
+    }
+  }
+  return map;
+}
+
+TEST(NavigationMesh, SurfaceThatWasHardlySeenBesideTheRestIsNoObstacle) {
+  for (const auto& [weight, is_way] : {std::pair{1.0F, false}, {0.5F, false}, {0.1F, true}}) {
+    const PanopticMap map = map_with_rail(weight);
+    const UpFrame frame = up_frame(map, Vec3d(Vec3d::UnitZ()));
+    const NavigationMesh mesh(map, frame);
+    const Path path = mesh.path(frame.grid_from_world * Vec3d(0, -1, 0), frame.grid_from_world * Vec3d(0, 1, 0));
+    EXPECT_EQ(path.found, is_way) << weight;
+  }
 }
 
 TEST(NavigationMesh, AWideAgentDoesNotPassTheDoorway) {
