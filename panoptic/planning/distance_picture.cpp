@@ -18,7 +18,7 @@ constexpr std::uint8_t kOpaque = 215;  // the floor shows through
 
 // Distances as shares of the cap, and their colours.
 struct Stop {
-  double share;
+  double share = 0;
   Rgb color;
 };
 constexpr std::array<Stop, 5> kStops = {
