@@ -174,8 +174,13 @@ void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
     }
     return well_seen.contains(pack(cell));
   };
-  std::erase_if(samples,
-                [&](const GroundSample& s) { return !s.is_floor && !is_well_seen(s) && !is_beside(cell_of(s, cell_m)); });
+  const auto is_noise = [&](const GroundSample& s) { return !s.is_floor && !is_well_seen(s) && !is_beside(cell_of(s, cell_m)); };
+  std::vector<bool> stays(kLabelSlots, false);  // no object goes whole: networks saw it
+  stays[number(LabelSlot::kUnknown)] = true;
+  for (const GroundSample& sample : samples) {
+    if (!is_noise(sample)) stays[number(sample.label)] = true;
+  }
+  std::erase_if(samples, [&](const GroundSample& s) { return stays[number(s.label)] && is_noise(s); });
 }
 
 }  // namespace
