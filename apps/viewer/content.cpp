@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <charconv>
 #include <optional>
 #include <random>
@@ -22,8 +20,6 @@ namespace {
 constexpr std::size_t kMaxCacheBytes = std::size_t{64} << 20;
 constexpr const char* kJson = "application/json";
 constexpr const char* kBytes = "application/octet-stream";
-
-constexpr std::array<std::string_view, 3> kNumbered = {"/api/play/frame.jpg", "/api/play/frame.json", "/api/play/slice.png"};
 
 std::string fresh_run_name() {
   std::random_device source;
@@ -144,12 +140,15 @@ Answer ViewerContent::play(const std::string& path, const Query& query) {
     if (path == "/api/play/affordances.json") return with(kJson, play_.plan().affordances);
     if (path == "/api/play/frames.json") return with(kJson, play_.frames());
     if (path == "/api/play/distances.json") return with(kJson, play_.distances());
-    if (std::find(kNumbered.begin(), kNumbered.end(), path) == kNumbered.end()) return said(404, "nothing here");
-    const auto asked = query.find("n");
-    const auto place = asked == query.end() ? std::nullopt : number_in<std::size_t>(asked->second);
-    if (!place) return said(400, "n is not a place in frames.json or distances.json, from 0");
-    if (path == "/api/play/slice.png") return with("image/png", play_.slice(*place));
-    return path == "/api/play/frame.jpg" ? with("image/jpeg", play_.picture(*place)) : with(kJson, play_.frame(*place));
+    const auto numbered = [&](const char* type, std::string (PlaySource::*read)(std::size_t)) {
+      const auto asked = query.find("n");
+      const auto place = asked == query.end() ? std::nullopt : number_in<std::size_t>(asked->second);
+      return place ? with(type, (play_.*read)(*place)) : said(400, "n is not a place in frames.json or distances.json, from 0");
+    };
+    if (path == "/api/play/frame.json") return numbered(kJson, &PlaySource::frame);
+    if (path == "/api/play/frame.jpg") return numbered("image/jpeg", &PlaySource::picture);
+    if (path == "/api/play/slice.png") return numbered("image/png", &PlaySource::slice);
+    return said(404, "nothing here");
   } catch (const Error& e) {
     return said(404, e.what());
   }

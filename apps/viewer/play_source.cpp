@@ -38,39 +38,35 @@ std::optional<Vec3d> up_in(const SavedMap& saved) {
 PlaySource::PlaySource(std::string map_file, std::string why_not)
     : map_file_(std::move(map_file)), why_not_(std::move(why_not)) {}
 
-void PlaySource::require_map() const {
+template <typename T, typename Make>
+const T& PlaySource::once(Once<T>& thing, const Make& make) {
   if (map_file_.empty()) throw Error(why_not_);
-}
-
-const ScenePlan& PlaySource::plan() {
-  require_map();
-  if (plan_) return *plan_;
-  if (!why_no_plan_.empty()) throw Error(why_no_plan_);
+  if (thing.made) return *thing.made;
+  if (!thing.why_not.empty()) throw Error(thing.why_not);
   try {
-    const SavedMap saved = load_map(map_file_);
-    return plan_.emplace(scene_plan(saved.map, {}, up_in(saved)));
+    return thing.made.emplace(make());
   } catch (const Error& e) {
-    why_no_plan_ = e.what();
+    thing.why_not = e.what();
     throw;
   }
 }
 
+const ScenePlan& PlaySource::plan() {
+  return once(plan_, [&] {
+    const SavedMap saved = load_map(map_file_);
+    return scene_plan(saved.map, {}, up_in(saved));
+  });
+}
+
 const PlaySource::Distances& PlaySource::measured() {
-  require_map();
-  if (distances_) return *distances_;
-  if (!why_no_distances_.empty()) throw Error(why_no_distances_);
-  try {
+  return once(distances_, [&] {
     const SavedMap saved = load_map(map_file_);
     DistanceField field(up_frame(saved.map, up_in(saved)), {.cell_m = plan_cell_m(saved.map.voxels)});
     field.update(saved.map);
     DistanceField::Values values = field.values();
     if (values.distance_m.empty()) throw Error("distances: this map has no surface");
-    return distances_.emplace(
-        Distances{std::move(values), Pose(field.grid_from_world().inverse()), field.cell_m(), field.cap_m()});
-  } catch (const Error& e) {
-    why_no_distances_ = e.what();
-    throw;
-  }
+    return Distances{std::move(values), Pose(field.grid_from_world().inverse()), field.cell_m(), field.cap_m()};
+  });
 }
 
 std::string PlaySource::distances() {
@@ -97,26 +93,28 @@ std::string PlaySource::slice(std::size_t place) {
   return {bytes.begin(), bytes.end()};
 }
 
-const PlaySource::Recording& PlaySource::recording() {
-  require_map();
-  if (recording_) return *recording_;
-  if (!why_no_recording_.empty()) throw Error(why_no_recording_);
-  try {
-    const MappedRecording mapped = mapped_recording(map_file_);
-    auto dataset = open_again(mapped.recording, mapped.calibration, mapped.pair_tolerance_s);
-    FrameFinder finder(*dataset);
-    Recording found{std::move(dataset), std::move(finder), {}};
-    const std::vector<FrameRecord> records = load_frames(map_file_);
-    found.finder.note(records, mapped.range);
-    for (const FrameRecord& frame : records) {
-      if (frame.unused_because.empty() && frame.world_from_camera.has_value()) found.frames.push_back(frame);
-    }
-    if (found.frames.empty()) throw Error("the map names no frame of its recording");
-    return recording_.emplace(std::move(found));
-  } catch (const Error& e) {
-    why_no_recording_ = fmt::format("the camera view needs the recording of the map: {}", e.what());
-    throw Error(why_no_recording_);
+PlaySource::Recording PlaySource::opened(const std::string& map_file) {
+  const MappedRecording mapped = mapped_recording(map_file);
+  auto dataset = open_again(mapped.recording, mapped.calibration, mapped.pair_tolerance_s);
+  FrameFinder finder(*dataset);
+  Recording found{std::move(dataset), std::move(finder), {}};
+  const std::vector<FrameRecord> records = load_frames(map_file);
+  found.finder.note(records, mapped.range);
+  for (const FrameRecord& frame : records) {
+    if (frame.unused_because.empty() && frame.world_from_camera.has_value()) found.frames.push_back(frame);
   }
+  if (found.frames.empty()) throw Error("the map names no frame of its recording");
+  return found;
+}
+
+const PlaySource::Recording& PlaySource::recording() {
+  return once(recording_, [&] {
+    try {
+      return opened(map_file_);
+    } catch (const Error& e) {
+      throw Error(fmt::format("the camera view needs the recording of the map: {}", e.what()));
+    }
+  });
 }
 
 std::string PlaySource::frames() {
@@ -141,7 +139,7 @@ const Frame& PlaySource::read(std::size_t place) {
 
 std::string PlaySource::frame(std::size_t place) {
   const Frame& frame = read(place);
-  const FrameRecord& record = recording_->frames[place];
+  const FrameRecord& record = recording_.made->frames[place];
   const Camera& c = frame.color_camera;
   const Pose world_from_color = *record.world_from_camera * frame.color_from_depth.inverse();
   return Json{{"frame", record.frame},

@@ -48,19 +48,24 @@ class PlaySource {
     double cell_m = 0;
     double cap_m = 0;
   };
-  void require_map() const;
+  // A thing, or the reason why there is none; neither before somebody asked.
+  template <typename T>
+  struct Once {
+    std::optional<T> made;
+    std::string why_not;
+  };
+  template <typename T, typename Make>
+  const T& once(Once<T>& thing, const Make& make);
+  static Recording opened(const std::string& map_file);
   const Distances& measured();
   const Recording& recording();
   const Frame& read(std::size_t place);
 
   std::string map_file_;
   std::string why_not_;
-  std::optional<ScenePlan> plan_;
-  std::string why_no_plan_;
-  std::optional<Distances> distances_;
-  std::string why_no_distances_;
-  std::optional<Recording> recording_;
-  std::string why_no_recording_;
+  Once<ScenePlan> plan_;
+  Once<Distances> distances_;
+  Once<Recording> recording_;
   std::optional<std::size_t> read_place_;
   Frame frame_;
 };

@@ -41,6 +41,9 @@ void replace_all(std::string& text, std::string_view from, std::string_view to) 
   }
 }
 
+// From one to the next, so that no more than `most` of `count` are taken.
+std::size_t stride_through(std::size_t count, std::size_t most) { return std::max<std::size_t>(1, (count + most - 1) / most); }
+
 std::string_view asset(std::string_view path) {
   const auto assets = web_assets();
   const auto found = std::find_if(assets.begin(), assets.end(), [&](const WebAsset& a) { return a.path == path; });
@@ -137,7 +140,7 @@ class PageWriter {
     }
     Json distances = Json::parse(*answer.body);
     const Json heights = std::exchange(distances["heights_m"], Json::array());
-    const std::size_t stride = std::max<std::size_t>(1, (heights.size() + kMostSlices - 1) / kMostSlices);
+    const std::size_t stride = stride_through(heights.size(), kMostSlices);
     for (std::size_t i = 0; i < heights.size(); i += stride) {
       keep(fmt::format("/api/play/slice.png?n={}", distances["heights_m"].size()), "/api/play/slice.png",
            {{"n", fmt::format("{}", i)}});
@@ -154,7 +157,7 @@ class PageWriter {
       return close("frames.js");
     }
     const Json all = Json::parse(*answer.body)["frames"];
-    const std::size_t stride = std::max<std::size_t>(1, (all.size() + most - 1) / most);
+    const std::size_t stride = stride_through(all.size(), most);
     Json kept = Json::array();
     for (std::size_t i = 0; i < all.size(); i += stride) {
       const Query query = {{"n", fmt::format("{}", i)}};

@@ -159,8 +159,8 @@ std::unordered_map<std::uint64_t, float> least_weights(const std::vector<GroundS
 
 // Drops surface that was hardly seen in comparison with the rest of its square metre: what stands there is seen about as often,
 // and from as near, as the floor around it. Sensors see things in the air at the rims of others, each time elsewhere. Beside
-// well seen surface (in the next cell) it stays: rims of things are seen less than their middles. The limits are not critical: a
-// share of .25 to .35 and squares of .4 to 1 m gave the same walkable area within a hundredth.
+// well seen surface (in the next cell) it stays: rims of things are seen less than their middles. The limits are not critical: see
+// docs/planning.md.
 void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
   const auto least_in = least_weights(samples);
   const auto is_well_seen = [&](const GroundSample& s) { return s.weight >= least_in.at(square_of(s)); };
@@ -174,13 +174,19 @@ void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
     }
     return well_seen.contains(pack(cell));
   };
-  const auto is_noise = [&](const GroundSample& s) { return !s.is_floor && !is_well_seen(s) && !is_beside(cell_of(s, cell_m)); };
+  std::vector<char> is_noise(samples.size());
   std::vector<bool> stays(kLabelSlots, false);  // no object goes whole: networks saw it
   stays[number(LabelSlot::kUnknown)] = true;
-  for (const GroundSample& sample : samples) {
-    if (!is_noise(sample)) stays[number(sample.label)] = true;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const GroundSample& s = samples[i];
+    is_noise[i] = !s.is_floor && !is_well_seen(s) && !is_beside(cell_of(s, cell_m)) ? 1 : 0;
+    if (is_noise[i] == 0) stays[number(s.label)] = true;
   }
-  std::erase_if(samples, [&](const GroundSample& s) { return stays[number(s.label)] && is_noise(s); });
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (is_noise[i] == 0 || !stays[number(samples[i].label)]) samples[kept++] = samples[i];
+  }
+  samples.resize(kept);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
+#include "panoptic/planning/mixed_color.h"
 
 namespace panoptic {
 namespace {
@@ -23,11 +24,6 @@ struct Stop {
 };
 constexpr std::array<Stop, 5> kStops = {
     {{0, {200, 48, 44}}, {0.1, {240, 145, 66}}, {0.25, {246, 226, 140}}, {0.55, {142, 202, 190}}, {1, {58, 112, 180}}}};
-
-Rgb mixed(const Rgb& a, const Rgb& b, double share) {
-  const auto mix = [&](std::uint8_t x, std::uint8_t y) { return static_cast<std::uint8_t>(std::lround(x + share * (y - x))); };
-  return {mix(a.r, b.r), mix(a.g, b.g), mix(a.b, b.b)};
-}
 
 Rgb color_of_share(double share) {
   for (std::size_t i = 1; i < kStops.size(); ++i) {

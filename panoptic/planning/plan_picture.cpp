@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "panoptic/io/draw_text.h"
+#include "panoptic/planning/mixed_color.h"
 
 namespace panoptic {
 namespace {
@@ -31,11 +32,6 @@ constexpr int kRim_px = 24;
 constexpr int kLine_px = 30;  // of the legend
 constexpr int kLongest_px = 1400;
 constexpr double kText = 0.5;
-
-Rgb mixed(const Rgb& a, const Rgb& b, double share) {
-  const auto mix = [&](std::uint8_t x, std::uint8_t y) { return static_cast<std::uint8_t>(std::lround(x + share * (y - x))); };
-  return {mix(a.r, b.r), mix(a.g, b.g), mix(a.b, b.b)};
-}
 
 // Pixels per cell, and where cells lie in the picture.
 struct Sheet {

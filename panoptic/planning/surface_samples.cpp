@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include "panoptic/map/voxel_grid.h"
 #include "panoptic/parallel.h"
@@ -115,22 +116,16 @@ class BlockSampler {
     middle[static_cast<Eigen::Index>(axis)] += double{along} * map_.voxel_size_m();
     // A voxel of another block has no neighbours here to take a slope from.
     const Vec3f normal = normal_at(is_here || next[axis] == kBlockSide ? place : next_place);
-    samples_.push_back({middle.cast<float>(), normal, is_here ? LabelSlot{block_.label(offset)} : label_of(next),
-                        std::min(block_.weight(offset), weight_of(next))});
+    const auto [other, there_offset] = voxel_of(next);
+    samples_.push_back({middle.cast<float>(), normal, LabelSlot{is_here ? block_.label(offset) : other.label(there_offset)},
+                        std::min(block_.weight(offset), other.weight(there_offset))});
   }
 
-  // `at` may lie in another block.
-  VoxelPlace place_in_map(const VoxelIndex& at) const {
+  // The block and the offset in it of a voxel that may lie in the next block.
+  std::pair<const VoxelBlock&, int> voxel_of(const VoxelIndex& at) const {
     const VoxelIndex first = first_voxel(index_);
-    return place_of({first[0] + at[0], first[1] + at[1], first[2] + at[2]});
-  }
-  LabelSlot label_of(const VoxelIndex& at) const {
-    const VoxelPlace voxel = place_in_map(at);
-    return LabelSlot{map_.find(voxel.block)->label(voxel.offset)};
-  }
-  float weight_of(const VoxelIndex& at) const {
-    const VoxelPlace voxel = place_in_map(at);
-    return map_.find(voxel.block)->weight(voxel.offset);
+    const VoxelPlace voxel = place_of({first[0] + at[0], first[1] + at[1], first[2] + at[2]});
+    return {voxel.block == index_ ? block_ : *map_.find(voxel.block), voxel.offset};
   }
 
   Vec3f normal_at(int place) const {

@@ -4,11 +4,10 @@
 // A level slice through the distances to the nearest surface, drawn in the map at the height that a slider says.
 import { DoubleSide, Group, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, Texture } from 'three';
 import { by_id, element, set_text } from './dom.js';
-import { ask } from './server.js';
+import { json_of, picture_of } from './server.js';
 import { notify } from './status.js';
 import { kLineLayer } from './trail.js';
 
-const kPatience_ms = 300000;  // the distances of a large map take a while
 const kFirstHeight_m = 0.5;
 
 // The place of the height that is nearest.
@@ -33,7 +32,7 @@ export class DistanceSlice {
 
   // Throws Error with the server's reason where a map has no distances.
   static async open(stage) {
-    const slice = new DistanceSlice(stage, await (await ask('/api/play/distances.json', kPatience_ms)).json());
+    const slice = new DistanceSlice(stage, await json_of('/api/play/distances.json'));
     try {
       await slice.#show_place(nearest_place(slice.#about.heights_m, kFirstHeight_m));
     } catch (error) {
@@ -90,8 +89,7 @@ export class DistanceSlice {
     try {
       while (this.#wanted !== this.#place && !this.#closed) {
         const next = this.#wanted;
-        const picture = await (await ask(`/api/play/slice.png?n=${next}`, kPatience_ms)).blob();
-        const image = await createImageBitmap(picture, { imageOrientation: 'flipY', premultiplyAlpha: 'none' });
+        const image = await picture_of(`/api/play/slice.png?n=${next}`);
         if (!this.#closed) this.#put(next, image);
       }
     } finally {

@@ -16,6 +16,14 @@ export function saved_answer(path) {
   return new Response(bytes, { headers: { 'Content-Type': kTypes[name.split('.').at(-1)] ?? 'application/octet-stream' } });
 }
 
+const kPlanPatience_ms = 300000;  // the plan and the distances of a large map take a while
+
+// Answers made from the map file: JSON, bytes, and a picture as a texture takes it.
+export const json_of = async (path) => (await ask(path, kPlanPatience_ms)).json();
+export const bytes_of = async (path) => new Uint8Array(await (await ask(path, kPlanPatience_ms)).arrayBuffer());
+export const picture_of = async (path) =>
+  createImageBitmap(await (await ask(path, kPlanPatience_ms)).blob(), { imageOrientation: 'flipY', premultiplyAlpha: 'none' });
+
 export async function ask(path, patience_ms) {
   if (saved !== null) {
     const answer = saved_answer(path);

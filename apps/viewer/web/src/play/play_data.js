@@ -2,12 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Fetches what Play needs. What is not there comes as an Error whose message is the server's reason.
-import { ask } from '../server.js';
-
-const kPatience_ms = 300000;  // a plan of a large map takes a while
-
-const bytes_of = async (path) => new Uint8Array(await (await ask(path, kPatience_ms)).arrayBuffer());
-const json_of = async (path) => (await ask(path, kPatience_ms)).json();
+import { bytes_of, json_of, picture_of } from '../server.js';
 
 export async function fetch_plan() {
   const affordances = await json_of('/api/play/affordances.json');
@@ -19,6 +14,5 @@ export const fetch_frames = async () => (await json_of('/api/play/frames.json'))
 
 export async function fetch_frame(place) {
   const about = await json_of(`/api/play/frame.json?n=${place}`);
-  const picture = await (await ask(`/api/play/frame.jpg?n=${place}`, kPatience_ms)).blob();
-  return { ...about, image: await createImageBitmap(picture, { imageOrientation: 'flipY' }) };
+  return { ...about, image: await picture_of(`/api/play/frame.jpg?n=${place}`) };
 }
