@@ -159,8 +159,8 @@ std::unordered_map<std::uint64_t, float> least_weights(const std::vector<GroundS
 
 // Drops surface that was hardly seen in comparison with the rest of its square metre: what stands there is seen about as often,
 // and from as near, as the floor around it. Sensors see things in the air at the rims of others, each time elsewhere. Beside
-// well seen surface (in the next cell) it stays: rims of things are seen less than their middles. The limits are not critical: see
-// docs/planning.md.
+// well seen surface (in the next cell) it stays: rims of things are seen less than their middles. The limits are not critical:
+// see docs/planning.md.
 void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
   const auto least_in = least_weights(samples);
   const auto is_well_seen = [&](const GroundSample& s) { return s.weight >= least_in.at(square_of(s)); };
