@@ -262,7 +262,7 @@ TEST(MapFile, IsAsBeforeAChangeThatWasCutShort) {
 TEST(MapFile, SaysWhatIsWrongWithAPathThatIsNoMap) {
   const auto folder = fresh_folder();
   EXPECT_THAT(error_of([&] { load_map(folder / "absent"); }), HasSubstr("no such file"));
-  EXPECT_THAT(error_of([&] { load_map(folder); }), HasSubstr("no such file"));
+  EXPECT_THAT(error_of([&] { load_map(folder); }), HasSubstr("it is a folder"));
   write_file(folder / "text", "this is not a map, however long it is, and it is long enough to be looked at in earnest");
   EXPECT_THAT(error_of([&] { load_map(folder / "text"); }), AllOf(HasSubstr("text"), HasSubstr("not a database")));
   write_file(folder / "empty", "");
