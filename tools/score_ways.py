@@ -36,6 +36,7 @@ CELL_M = 0.024
 BORDER_M = 0.048
 SLACK_M = 0.024
 STEP_M = 0.01
+EQUAL_M = 0.001  # heights closer than that are alike: a plinth may be exactly as high as the step
 SIDE = 2**32
 FLOOR_CLASSES = (2, 20)  # floor, floor mat, as NYU40 numbers them
 
@@ -166,7 +167,7 @@ def seen(places, floor_m, path):
         reading = depth[v, u] * unit_m
         rays = np.column_stack([u, v, np.ones_like(u)]) @ np.linalg.inv(intrinsics).T
         heights = reading * (rays @ pose[2, :3]) + pose[2, 3]
-        result[waiting] = (reading > 0) & (np.abs(heights - floor_m) <= CLIMB_M)
+        result[waiting] = (reading > 0) & (np.abs(heights - floor_m) <= CLIMB_M + EQUAL_M)
     return result
 
 
@@ -183,8 +184,8 @@ class Truth:
         low = positions[mesh.triangles, 2].min(axis=1) < self.floor_m + HEIGHT_M
         points = surface_points(positions, mesh.triangles[low])
         above_m = points[:, 2] - self.floor_m
-        self.obstacles = thinned(points[(above_m > CLIMB_M) & (above_m < HEIGHT_M), :2])
-        ground = points[np.abs(above_m) <= CLIMB_M, :2]
+        self.obstacles = thinned(points[(above_m > CLIMB_M + EQUAL_M) & (above_m < HEIGHT_M), :2])
+        ground = points[np.abs(above_m) <= CLIMB_M + EQUAL_M, :2]
         self.grid = Grid(np.concatenate([self.obstacles, ground, more_points]))
         self.blocked = self.grid.mask(self.obstacles)
         self.floor = self.grid.mask(ground) & ~self.blocked

@@ -71,6 +71,26 @@ bool is_crossing(const WallPlane& plane, const Stretch& gap, const OpenFloor& fl
   return true;
 }
 
+// The face of the wall's thickness bounds a passage there, and no side wall does: it would run on before the face or behind it.
+bool has_reveal(const WallPlane& plane, double end_m, const OpenFloor& floor) {
+  constexpr double kInside_m = 0.06;
+  constexpr double kAway_m = 0.45;
+  constexpr double kNear_m = 0.15;
+  constexpr double kTouching_m = 0.1;
+  if (!floor.has_wall_near(plane.at(end_m, -kInside_m), kTouching_m)) return false;
+  return !floor.has_wall_near(plane.at(end_m, kAway_m), kNear_m) && !floor.has_wall_near(plane.at(end_m, -kAway_m), kNear_m);
+}
+
+// One can go on through the middle of the passage behind the thickest wall. A face that stands before a wall, as a curtain's
+// does, has the wall behind it.
+bool leads_through(const WallPlane& plane, const Stretch& passage, const OpenFloor& floor) {
+  constexpr double kThickest_m = 0.5;
+  for (double behind_m = 0; behind_m <= kThickest_m; behind_m += kStep_m) {
+    if (!floor.is_open(plane.at((passage.low_m + passage.high_m) / 2, -behind_m))) return false;
+  }
+  return true;
+}
+
 // Right before the face is open floor all along, and no wall was seen beyond it: there is none.
 bool is_bare(const WallPlane& plane, const Stretch& stretch, const OpenFloor& floor) {
   constexpr double kBefore_m = 0.08;
@@ -99,9 +119,13 @@ std::optional<WallGap> gap_at(const WallPlane& plane, const Stretch& passage, co
   const Lintel lintel = lintel_above(plane, width);
   const bool has_lintel = lintel.share > 0.6;
   if (!low_m && !high_m && !has_lintel) return std::nullopt;
-  // An end without wall in this plane needs the wall around the corner, and a lintel.
-  if (!low_m && !(has_lintel && floor.has_wall_near(plane.at(passage.low_m), 2 * kJamb_m))) return std::nullopt;
-  if (!high_m && !(has_lintel && floor.has_wall_near(plane.at(passage.high_m), 2 * kJamb_m))) return std::nullopt;
+  // Furniture may hide the wall beside an end. Then the wall around the corner tells, with a lintel or as a reveal.
+  const auto is_end = [&](double end_m) {
+    return has_lintel ? floor.has_wall_near(plane.at(end_m), 2 * kJamb_m) : has_reveal(plane, end_m, floor);
+  };
+  if (!low_m && !is_end(passage.low_m)) return std::nullopt;
+  if (!high_m && !is_end(passage.high_m)) return std::nullopt;
+  if (!(low_m && high_m) && !has_lintel && !leads_through(plane, passage, floor)) return std::nullopt;
   if (!has_lintel && is_crossing(plane, width, floor)) return std::nullopt;
   if (width.length_m() < kNarrowest_m) return std::nullopt;
   return WallGap{width, has_lintel ? lintel.bottom_m : 0, has_lintel};

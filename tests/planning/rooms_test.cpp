@@ -18,11 +18,16 @@ constexpr double kStep_m = 0.025;
 constexpr double kWall_m = 0.12;
 constexpr double kCeiling_m = 2.5;
 constexpr double kDoorTop_m = 2.05;
+constexpr double kHidden_m = 0.7;  // of a wall, by a shelf in one room and an open leaf in the other
+
+enum class Wall { kSolid, kWithDoorway, kHiddenBesideDoorway };
 
 // Two rooms of 3 m by 4 m, side by side, with a doorway of 0.9 m in the wall between them; all turned.
 struct TwoRooms {
-  explicit TwoRooms(double yaw, bool has_doorway = true)
-      : turn(yaw), door_low_m(has_doorway ? 0.3 : 9), door_high_m(has_doorway ? 1.2 : 9) {
+  explicit TwoRooms(double yaw, Wall between = Wall::kWithDoorway) : turn(yaw), is_hidden(between == Wall::kHiddenBesideDoorway) {
+    const bool has_doorway = between != Wall::kSolid;
+    door_low_m = has_doorway ? 0.3 : 9;
+    door_high_m = has_doorway ? 1.2 : 9;
     surface.voxel_m = 0.024;
     for (const double x : {0.0, 3 + kWall_m}) add_room(x);
     if (has_doorway) add_jambs();
@@ -56,6 +61,7 @@ struct TwoRooms {
   }
 
   Eigen::Rotation2Dd turn;
+  bool is_hidden;
   double door_low_m;
   double door_high_m;
   LabelSet labels = load_label_set("scannet20");
@@ -69,6 +75,7 @@ struct TwoRooms {
     for (double t = kStep_m / 2; t < (to - from).norm(); t += kStep_m) {
       const Vec2d at = from + along * t;
       const bool in_door = has_door && at.y() > door_low_m && at.y() < door_high_m;
+      if (has_door && is_hidden && at.y() > door_low_m && at.y() < door_high_m + kHidden_m) continue;
       for (double z = in_door ? kDoorTop_m : kStep_m / 2; z < kCeiling_m; z += kStep_m) {
         const Vec2d p = turn * at;
         surface.wall.push_back({{p.x(), p.y(), z}, {normal.x(), normal.y(), 0}, kStep_m * kStep_m});
@@ -117,11 +124,22 @@ TEST(Doors, AGapThatOneCanWalkThroughIsOne) {
   }
 }
 
-TEST(Doors, AWallWithoutAGapHasNone) { EXPECT_TRUE(TwoRooms(0.35, false).plan().doors.empty()); }
+TEST(Doors, AJambIsEnoughWhereTheWallBesideItAndAboveIsHidden) {
+  for (const double yaw : {0.0, 0.35, 2.1}) {
+    const TwoRooms home(yaw, Wall::kHiddenBesideDoorway);
+    const HomePlan plan = home.plan();
+    ASSERT_EQ(plan.doors.size(), 1U) << yaw;
+    EXPECT_LT((plan.doors[0].center.head<2>() - home.turn * Vec2d(3 + kWall_m / 2, 0.75)).norm(), 0.06);
+    EXPECT_NEAR(plan.doors[0].width_m, 0.9, 0.08);
+    EXPECT_EQ(plan.rooms.size(), 2U);
+  }
+}
+
+TEST(Doors, AWallWithoutAGapHasNone) { EXPECT_TRUE(TwoRooms(0.35, Wall::kSolid).plan().doors.empty()); }
 
 TEST(Doors, AClosedLeafInTheWallIsADoor) {
   constexpr auto kLeaf = static_cast<PanopticId>(100);
-  TwoRooms home(0.35, false);
+  TwoRooms home(0.35, Wall::kSolid);
   std::erase_if(home.surface.wall, [&](const LabelledPoint& p) {
     const Vec2d at = home.turn.inverse() * Vec2d(p.at.head<2>());
     return at.y() < 0.1 && at.x() > 1 && at.x() < 1.9 && p.at.z() < kDoorTop_m;
