@@ -158,8 +158,9 @@ std::unordered_map<std::uint64_t, float> least_weights(const std::vector<GroundS
 }
 
 // Drops surface that was hardly seen in comparison with the rest of its square metre: what stands there is seen about as often,
-// and from as near, as the floor around it. Sensors see things in the air at the rims of others, each time elsewhere. Beside
-// well seen surface (in the next cell) it stays: rims of things are seen less than their middles. The limits are not critical:
+// and from as near, as the floor around it. Sensors see things in the air at the rims of others, each time elsewhere, and crumbs
+// on the floor, which are a step too high for the agent. The floor itself, a cell above and below level 0, stays. Beside
+// well seen surface (in the next cell) all stays: rims of things are seen less than their middles. The limits are not critical:
 // see docs/planning.md.
 void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
   const auto least_in = least_weights(samples);
@@ -179,7 +180,8 @@ void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
   stays[number(LabelSlot::kUnknown)] = true;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const GroundSample& s = samples[i];
-    is_noise[i] = !s.is_floor && !is_well_seen(s) && !is_beside(cell_of(s, cell_m)) ? 1 : 0;
+    const bool is_level_floor = std::abs(s.at_m.z()) <= static_cast<float>(cell_m);
+    is_noise[i] = !is_level_floor && !is_well_seen(s) && !is_beside(cell_of(s, cell_m)) ? 1 : 0;
     if (is_noise[i] == 0) stays[number(s.label)] = true;
   }
   std::size_t kept = 0;

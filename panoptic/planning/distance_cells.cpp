@@ -63,13 +63,6 @@ bool CellBox::contains(const CellBox& other) const {
   return ((other.low - low).array() >= 0).all() && ((other.low + other.size - low - size).array() <= 0).all();
 }
 
-std::size_t CellBox::index(const Cell& cell) const {
-  const Cell at = cell - low;
-  return static_cast<std::size_t>(at.x()) +
-         static_cast<std::size_t>(size.x()) *
-             (static_cast<std::size_t>(at.y()) + static_cast<std::size_t>(size.y()) * static_cast<std::size_t>(at.z()));
-}
-
 DistanceCells::DistanceCells(int reach) : reach_(reach) { PANOPTIC_ASSERT(reach >= 1 && reach <= kMostReach); }
 
 void DistanceCells::cover(const CellBox& box) {

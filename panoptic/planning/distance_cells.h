@@ -24,7 +24,11 @@ struct CellBox {
   std::size_t count() const;
   bool contains(const Cell& cell) const;
   bool contains(const CellBox& other) const;
-  std::size_t index(const Cell& cell) const;  // REQUIRES contains(cell)
+  // REQUIRES contains(cell)
+  std::size_t index(const Cell& cell) const {
+    const auto place = [&](int axis) { return static_cast<std::size_t>(cell[axis] - low[axis]); };
+    return place(0) + static_cast<std::size_t>(size[0]) * (place(1) + static_cast<std::size_t>(size[1]) * place(2));
+  }
 };
 
 class DistanceCells {

@@ -90,8 +90,8 @@ struct DistanceField::State {
 
 Cells DistanceField::State::surface_cells(const VoxelMap& voxels, Slot slot) const {
   Cells found;
-  for (const SurfaceSample& sample : surface_samples(voxels, slot)) {
-    const Cell cell = cell_of(grid_from_world * sample.at_m.cast<double>());
+  for (const Vec3f& place : surface_places(voxels, slot)) {
+    const Cell cell = cell_of(grid_from_world * place.cast<double>());
     if (found.empty() || found.back() != cell) found.push_back(cell);
   }
   std::sort(found.begin(), found.end(), LowerCell());

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string_view>
@@ -23,15 +24,18 @@ constexpr std::array<int, 3> kStep = {1, kSide, kSide* kSide};
 
 constexpr int padded(int x, int y, int z) { return (x + 1) + kSide * ((y + 1) + kSide * (z + 1)); }
 
-// The distances in a block and at the faces of its neighbours; NaN where nothing was observed.
+enum class Faces { kNext, kAll };
+
+// The distances in a block and at the faces of its neighbours, or of the next ones alone; NaN where nothing was observed.
 class Distances {
  public:
-  Distances(const VoxelMap& map, BlockIndex index) {
+  Distances(const VoxelMap& map, BlockIndex index, Faces faces) {
     values_.fill(kUnseen);
     const VoxelBlock& own = *map.find(index);
     for (int n = 0; n < kBlockBricks; ++n) add_brick(own.brick(n), n);
     for (int axis = 0; axis < 3; ++axis) {
-      for (const int side : {-1, 1}) add_face(map, index, axis, side);
+      if (faces == Faces::kAll) add_face(map, index, axis, -1);
+      add_face(map, index, axis, 1);
     }
   }
 
@@ -83,41 +87,96 @@ class Distances {
   std::array<float, kSide * kSide * kSide> values_{};
 };
 
+// Bit x stands for the voxel x of a row of the padded block, its padding left out.
+struct RowBits {
+  std::uint32_t seen = 0;    // bit 16: the next block's first voxel
+  std::uint32_t behind = 0;  // the distance is negative
+};
+
+RowBits row_bits(const Distances& distances, int y, int z) {
+  RowBits bits;
+  for (int x = 0; x <= kBlockSide; ++x) {
+    const float value = distances[padded(x, y, z)];
+    bits.seen |= (std::isnan(value) ? 0U : 1U) << x;
+    bits.behind |= (value < 0 ? 1U : 0U) << x;
+  }
+  return bits;
+}
+
+// Where the sign changes between the voxels of two rows, one beside the other.
+std::uint32_t sign_changes(const RowBits& a, const RowBits& b) { return a.seen & b.seen & (a.behind ^ b.behind); }
+
+using BlockBits = std::array<std::array<RowBits, kBlockSide + 1>, kBlockSide + 1>;  // [z][y]
+
+BlockBits block_bits(const Distances& distances) {
+  BlockBits bits;
+  for (std::size_t z = 0; z < bits.size(); ++z) {
+    for (std::size_t y = 0; y < bits.size(); ++y) bits[z][y] = row_bits(distances, static_cast<int>(y), static_cast<int>(z));
+  }
+  return bits;
+}
+
+// Calls visit(voxel of the block, axis) for every voxel whose sign differs from the next one's along the axis.
+template <typename Visit>
+void visit_edges(const Distances& distances, const Visit& visit) {
+  constexpr std::uint32_t kOwn = (1U << kBlockSide) - 1;
+  const BlockBits bits = block_bits(distances);
+  for (std::size_t z = 0; z < kBlockSide; ++z) {
+    for (std::size_t y = 0; y < kBlockSide; ++y) {
+      const RowBits& own = bits[z][y];
+      const std::array<std::uint32_t, 3> edges = {sign_changes(own, {own.seen >> 1, own.behind >> 1}),
+                                                  sign_changes(own, bits[z][y + 1]), sign_changes(own, bits[z + 1][y])};
+      for (std::uint32_t rest = (edges[0] | edges[1] | edges[2]) & kOwn; rest != 0; rest &= rest - 1) {
+        const int x = std::countr_zero(rest);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          if ((edges[axis] >> x & 1U) != 0) visit(VoxelIndex{x, static_cast<int>(y), static_cast<int>(z)}, axis);
+        }
+      }
+    }
+  }
+}
+
+int padded(const VoxelIndex& at) { return padded(at[0], at[1], at[2]); }
+
+VoxelIndex next_along(VoxelIndex at, std::size_t axis) {
+  ++at[axis];
+  return at;
+}
+
+// Which part of the way to the next voxel the surface is away.
+float share_of_edge(const Distances& distances, const VoxelIndex& at, std::size_t axis) {
+  const float here = distances[padded(at)];
+  return here / (here - distances[padded(next_along(at, axis))]);
+}
+
+Vec3f on_edge(const VoxelIndex& first, const VoxelIndex& at, std::size_t axis, float share, float voxel_size_m) {
+  Vec3d middle = center_m({first[0] + at[0], first[1] + at[1], first[2] + at[2]}, voxel_size_m);
+  middle[static_cast<Eigen::Index>(axis)] += double{share} * voxel_size_m;
+  return middle.cast<float>();
+}
+
 // Makes the samples of one block.
 class BlockSampler {
  public:
   BlockSampler(const VoxelMap& map, Slot slot)
-      : map_(map), index_(map.index_of(slot)), block_(map.block(slot)), distances_(map, index_) {}
+      : map_(map), index_(map.index_of(slot)), block_(map.block(slot)), distances_(map, index_, Faces::kAll) {}
 
   std::vector<SurfaceSample> take() {
-    for (int offset = 0; offset < kBlockVoxels; ++offset) {
-      const VoxelIndex at = voxel_at({0, 0, 0}, offset);
-      if (std::isnan(distances_[place_of_voxel(at)])) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis) add_edge(offset, at, axis);
-    }
+    visit_edges(distances_, [&](const VoxelIndex& at, std::size_t axis) { add_edge(at, axis); });
     return std::move(samples_);
   }
 
  private:
-  static int place_of_voxel(const VoxelIndex& at) { return padded(at[0], at[1], at[2]); }
-
-  void add_edge(int offset, const VoxelIndex& at, std::size_t axis) {
-    VoxelIndex next = at;
-    ++next[axis];
-    const int place = place_of_voxel(at);
-    const int next_place = place_of_voxel(next);
-    const float here = distances_[place];
-    const float there = distances_[next_place];
-    if (std::isnan(there) || (here < 0) == (there < 0)) return;
-    const float along = here / (here - there);
-    const bool is_here = along < 0.5F;
-    const VoxelIndex first = first_voxel(index_);
-    Vec3d middle = center_m({first[0] + at[0], first[1] + at[1], first[2] + at[2]}, map_.voxel_size_m());
-    middle[static_cast<Eigen::Index>(axis)] += double{along} * map_.voxel_size_m();
+  void add_edge(const VoxelIndex& at, std::size_t axis) {
+    const VoxelIndex next = next_along(at, axis);
+    const float share = share_of_edge(distances_, at, axis);
+    const bool is_here = share < 0.5F;
     // A voxel of another block has no neighbours here to take a slope from.
-    const Vec3f normal = normal_at(is_here || next[axis] == kBlockSide ? place : next_place);
+    const Vec3f normal = normal_at(padded(is_here || next[axis] == kBlockSide ? at : next));
+    const int offset = voxel_offset(at[0], at[1], at[2]);
     const auto [other, there_offset] = voxel_of(next);
-    samples_.push_back({middle.cast<float>(), normal, LabelSlot{is_here ? block_.label(offset) : other.label(there_offset)},
+    samples_.push_back({on_edge(first_voxel(index_), at, axis, share, map_.voxel_size_m()), normal,
+                        LabelSlot{is_here ? block_.label(offset) : other.label(there_offset)},
                         std::min(block_.weight(offset), other.weight(there_offset))});
   }
 
@@ -145,6 +204,16 @@ class BlockSampler {
 
 std::vector<SurfaceSample> surface_samples(const VoxelMap& map, Slot slot) {
   return std::make_unique<BlockSampler>(map, slot)->take();
+}
+
+std::vector<Vec3f> surface_places(const VoxelMap& map, Slot slot) {
+  const auto distances = std::make_unique<Distances>(map, map.index_of(slot), Faces::kNext);
+  const VoxelIndex first = first_voxel(map.index_of(slot));
+  std::vector<Vec3f> places;
+  visit_edges(*distances, [&](const VoxelIndex& at, std::size_t axis) {
+    places.push_back(on_edge(first, at, axis, share_of_edge(*distances, at, axis), map.voxel_size_m()));
+  });
+  return places;
 }
 
 SurfaceByBlock surface_samples(const VoxelMap& map) {

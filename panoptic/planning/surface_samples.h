@@ -25,6 +25,8 @@ using SurfaceByBlock = std::vector<std::vector<SurfaceSample>>;  // by slot
 // The points between the voxels of this block and their next ones along x, y and z, which may lie in the next blocks.
 std::vector<SurfaceSample> surface_samples(const VoxelMap& map, Slot slot);
 SurfaceByBlock surface_samples(const VoxelMap& map);
+// Their places alone, in the same order; quicker.
+std::vector<Vec3f> surface_places(const VoxelMap& map, Slot slot);
 
 // A class whose surface people walk on.
 bool is_floor_class(const LabelSet& labels, ClassId id);

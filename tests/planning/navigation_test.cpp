@@ -75,12 +75,19 @@ TEST(NavigationMesh, HoldsTheFloorThatIsFarEnoughFromEverything) {
   EXPECT_GT(rooms().floor.polygon_count(), 3U);
 }
 
-// A floor, and across all of it a rail half a metre above it whose voxels have this weight where the floor's have 1.
-PanopticMap map_with_rail(float weight) {
+// A rail that lies across the floor.
+struct Rail {
+  double low_m;
+  double high_m;
+  LabelSlot label;
+};
+
+// A floor, and across all of it a rail whose voxels have this weight where the floor's have 1.
+PanopticMap map_with_rail(const Rail& rail, float weight) {
   PanopticMap map({.voxel_size_m = 0.024F}, LabelSet("test", {{ClassId{1}, "floor", false, {0, 200, 0}}}));
   test::add_solids(map.voxels,
                    {test::solid_ground(Vec3d::UnitZ(), 0, test::pid(1)),
-                    test::solid_box({-2, -0.03, 0.45}, {2, 0.03, 0.51}, LabelSlot::kUnknown)},
+                    test::solid_box({-2, -0.03, rail.low_m}, {2, 0.03, rail.high_m}, rail.label)},
                    {-1.5, -1.5, -0.2}, {1.5, 1.5, 1});
   for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
     test::BlockEdit edit(map.voxels.block(slot));
@@ -88,19 +95,23 @@ PanopticMap map_with_rail(float weight) {
       const VoxelIndex at = voxel_at(first_voxel(map.voxels.index_of(slot)), offset);
       const Vec3d place = center_m(at, map.voxels.voxel_size_m());
       float& of_voxel = (*edit).weight[static_cast<std::size_t>(offset)];
-      if (place.z() > 0.3 && std::abs(place.y()) < 0.2) of_voxel = std::min(of_voxel, weight);
+      if (place.z() > 0.025 && std::abs(place.y()) < 0.2) of_voxel = std::min(of_voxel, weight);
     }
   }
   return map;
 }
 
 TEST(NavigationMesh, SurfaceThatWasHardlySeenBesideTheRestIsNoObstacle) {
-  for (const auto& [weight, is_way] : {std::pair{1.0F, false}, {0.5F, false}, {0.1F, true}}) {
-    const PanopticMap map = map_with_rail(weight);
-    const UpFrame frame = up_frame(map, Vec3d(Vec3d::UnitZ()));
-    const NavigationMesh mesh(map, frame);
-    const Path path = mesh.path(frame.grid_from_world * Vec3d(0, -1, 0), frame.grid_from_world * Vec3d(0, 1, 0));
-    EXPECT_EQ(path.found, is_way) << weight;
+  const Rail in_the_air{0.45, 0.51, LabelSlot::kUnknown};
+  const Rail crumbs_of_floor{-0.1, 0.07, test::pid(1)};
+  for (const Rail& rail : {in_the_air, crumbs_of_floor}) {
+    for (const auto& [weight, is_way] : {std::pair{1.0F, false}, {0.5F, false}, {0.1F, true}}) {
+      const PanopticMap map = map_with_rail(rail, weight);
+      const UpFrame frame = up_frame(map, Vec3d(Vec3d::UnitZ()));
+      const NavigationMesh mesh(map, frame);
+      const Path path = mesh.path(frame.grid_from_world * Vec3d(0, -1, 0), frame.grid_from_world * Vec3d(0, 1, 0));
+      EXPECT_EQ(path.found, is_way) << rail.low_m << " m, " << weight;
+    }
   }
 }
 
