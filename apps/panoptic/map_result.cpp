@@ -31,9 +31,12 @@ LabelledMap map_to_score(const std::string& path, std::vector<std::string>& warn
 
 // Opens a map file by way of a mapper with its state, so that the map looks as in the run that wrote it.
 OpenedResult open_map_result(const std::string& path) {
-  SavedSnapshot saved = open_snapshot(path);
-  tell_note(saved.note);
-  return {std::move(saved.scene), std::move(saved.snapshot)};
+  SavedMap saved = load_map(path);
+  const std::vector<FrameRecord> frames = load_frames(path);
+  SceneHistory history = history_of(saved, frames);
+  SavedSnapshot opened = open_snapshot(std::move(saved), frames, path);
+  tell_note(opened.note);
+  return {std::move(opened.scene), std::move(opened.snapshot), std::move(history)};
 }
 
 }  // namespace panoptic

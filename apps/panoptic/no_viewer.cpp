@@ -19,7 +19,7 @@ struct ViewerServer::State {};
 
 PlaySource::PlaySource(std::string /*map_file*/, std::string /*why_not*/) {}
 ViewerServer::ViewerServer(const ViewerOptions& /*options*/, SnapshotScene /*scene*/, const LatestSnapshot& /*latest*/,
-                           PlaySource /*play*/) {
+                           PlaySource /*play*/, SceneHistory /*history*/) {
   needs_viewer();
 }
 ViewerServer::~ViewerServer() = default;

@@ -32,7 +32,8 @@ int view(const Arguments& arguments) {
   LatestSnapshot latest;
   latest.publish(std::move(result.snapshot));
   PlaySource play(is_file ? arguments.viewed : "", kNoPlay);
-  const ViewerServer server(viewer_options_from(arguments), std::move(result.scene), latest, std::move(play));
+  const ViewerServer server(viewer_options_from(arguments), std::move(result.scene), latest, std::move(play),
+                            std::move(result.history));
   fmt::print("{}: {} objects, {} pieces of surface\nlook at   {}{}\nCtrl-C ends it\n", arguments.viewed, objects, chunks,
              server.url(), arguments.command == "play" ? "#play" : "");
   std::fflush(stdout);

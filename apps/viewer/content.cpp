@@ -66,9 +66,10 @@ std::optional<std::vector<BlockIndex>> blocks_in(std::string_view text) {
 
 }  // namespace
 
-ViewerContent::ViewerContent(SnapshotScene scene, const LatestSnapshot& latest, PlaySource play)
+ViewerContent::ViewerContent(SnapshotScene scene, const LatestSnapshot& latest, PlaySource play, SceneHistory history)
     : scene_(std::move(scene)),
       latest_(latest),
+      history_(std::move(history)),
       run_(fresh_run_name()),
       chunks_(scene_.block_size_m, kMaxCacheBytes),
       play_(std::move(play)) {}
@@ -83,7 +84,8 @@ Answer ViewerContent::made(const std::string& path, const Query& query) {
   if (path == "/api/state") return state(query);
   if (path == "/api/chunks") return chunks(query);
   if (path == "/api/objects") return objects(query);
-  if (path == "/api/scene") return with(kJson, scene_message(scene_, run_));
+  if (path == "/api/scene") return with(kJson, scene_message(scene_, run_, !history_.is_still()));
+  if (path == "/api/history") return with(kJson, history_message(history_, scene_.labels));
   const auto newest = latest_.newest();
   if (path == "/api/frame.jpg") return picture("image/jpeg", pictures_.frame_jpeg(newest->frame));
   if (path == "/api/labelled.jpg") return picture("image/jpeg", pictures_.labelled_jpeg(newest->frame));

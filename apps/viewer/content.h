@@ -16,6 +16,7 @@
 #include "apps/viewer/maker.h"
 #include "apps/viewer/pictures.h"
 #include "apps/viewer/play_source.h"
+#include "apps/viewer/scene_history.h"
 #include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
@@ -35,7 +36,8 @@ inline constexpr std::size_t kMaxChunksAsked = 64;
 // Thread-safe. `latest` must live as long.
 class ViewerContent {
  public:
-  ViewerContent(SnapshotScene scene, const LatestSnapshot& latest, PlaySource play = PlaySource("", kNoPlay));
+  ViewerContent(SnapshotScene scene, const LatestSnapshot& latest, PlaySource play = PlaySource("", kNoPlay),
+                SceneHistory history = {});
 
   // The answer to a path below /api; status 404 for every other path, 400 for a query that is not as documented.
   // Answers are made one after the other on a thread of its own.
@@ -60,6 +62,7 @@ class ViewerContent {
 
   SnapshotScene scene_;
   const LatestSnapshot& latest_;
+  SceneHistory history_;
   std::string run_;  // different for every start
   ChunkCache chunks_;
   FramePictures pictures_;

@@ -77,9 +77,49 @@ Json to_json(const SnapshotObject& object, const LabelSet& labels) {
           {"max_m", to_json(object.max_m)}};
 }
 
+Json id_or_null(PanopticId id) { return id == PanopticId::kUnknown ? Json(nullptr) : Json(number(id)); }
+
+Json to_json(const ObjectSpan& span, const LabelSet& labels) {
+  return {{"id", number(span.id)},
+          {"class_id", number(span.class_id)},
+          {"color", color_json(color_of(span.id, labels))},
+          {"min_m", to_json(Vec3f(span.box.min_m.cast<float>()))},
+          {"max_m", to_json(Vec3f(span.box.max_m.cast<float>()))},
+          {"first_s", span.first_s},
+          {"gone_s", span.gone_s ? Json(*span.gone_s) : Json(nullptr)},
+          {"appeared", span.appeared},
+          {"moved_from", id_or_null(span.moved_from)},
+          {"moved_to", id_or_null(span.moved_to)}};
+}
+
+// Every `stride`-th box, the first and the last, as time, lowest corner, highest corner in one row of numbers.
+Json to_json(const MovingTrack& track, std::size_t stride) {
+  Json boxes = Json::array();
+  for (std::size_t i = 0; i < track.boxes.size(); ++i) {
+    if (i % stride != 0 && i + 1 != track.boxes.size()) continue;
+    const TrackedBox& box = track.boxes[i];
+    boxes.push_back(rounded(box.time_s));
+    for (const Vec3d& corner : {box.min_m, box.max_m}) {
+      for (const double c : {corner.x(), corner.y(), corner.z()}) boxes.push_back(rounded(c));
+    }
+  }
+  return {{"id", track.id}, {"class_id", number(track.class_id)}, {"boxes", std::move(boxes)}};
+}
+
+// The longest ones, in their order.
+std::vector<const MovingTrack*> tracks_to_send(const std::vector<MovingTrack>& tracks) {
+  std::vector<const MovingTrack*> some;
+  for (const MovingTrack& track : tracks) some.push_back(&track);
+  if (some.size() <= kMaxTracksSent) return some;
+  std::ranges::stable_sort(some, std::ranges::greater(), [](const MovingTrack* t) { return t->boxes.size(); });
+  some.resize(kMaxTracksSent);
+  std::ranges::sort(some, {}, &MovingTrack::id);
+  return some;
+}
+
 }  // namespace
 
-std::string scene_message(const SnapshotScene& scene, const std::string& run) {
+std::string scene_message(const SnapshotScene& scene, const std::string& run, bool has_history) {
   return text_of({{"protocol", kViewerProtocol},
                   {"title", scene.title},
                   {"dataset", scene.dataset},
@@ -88,6 +128,7 @@ std::string scene_message(const SnapshotScene& scene, const std::string& run) {
                   {"block_size_m", scene.block_size_m},
                   {"first_thing", scene.labels.first_thing()},
                   {"has_confidence", scene.has_confidence},
+                  {"has_history", has_history},
                   {"classes", classes_json(scene.labels)}});
 }
 
@@ -111,6 +152,34 @@ std::string objects_message(const Snapshot& snapshot, const LabelSet& labels) {
   Json objects = Json::array();
   for (const SnapshotObject& object : snapshot.objects) objects.push_back(to_json(object, labels));
   return text_of({{"revision", snapshot.revision}, {"objects", std::move(objects)}});
+}
+
+std::string history_message(const SceneHistory& history, const LabelSet& labels) {
+  constexpr std::size_t kNumbersOfBox = 7;
+  Json objects = Json::array();
+  const std::size_t spans = std::min(history.spans.size(), kMaxSpansSent);
+  for (std::size_t i = 0; i < spans; ++i) objects.push_back(to_json(history.spans[i], labels));
+  const std::vector<const MovingTrack*> some = tracks_to_send(history.tracks);
+  std::size_t boxes = 0;
+  for (const MovingTrack* track : some) boxes += track->boxes.size();
+  // The first and the last box of a track come besides those that are `stride` apart.
+  const std::size_t room = kMaxTrackedBoxesSent - 2 * some.size();
+  const std::size_t stride = boxes <= kMaxTrackedBoxesSent ? 1 : (boxes + room - 1) / room;
+  Json tracks = Json::array();
+  std::size_t sent = 0;
+  for (const MovingTrack* track : some) {
+    tracks.push_back(to_json(*track, stride));
+    sent += tracks.back()["boxes"].size() / kNumbersOfBox;
+  }
+  return text_of({{"start_s", history.start_s},
+                  {"end_s", history.end_s},
+                  {"objects", std::move(objects)},
+                  {"tracks", std::move(tracks)},
+                  {"left_out",
+                   {{"objects", history.spans.size() - spans},
+                    {"tracks", history.tracks.size() - some.size()},
+                    {"boxes", boxes - sent},
+                    {"forgotten_boxes", history.forgotten_boxes}}}});
 }
 
 std::string event_message(const Snapshot& snapshot, const std::string& run) {

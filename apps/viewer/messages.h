@@ -8,17 +8,24 @@
 #include <cstdint>
 #include <string>
 
+#include "apps/viewer/scene_history.h"
 #include "apps/viewer/surface.h"
 
 namespace panoptic {
 
 inline constexpr int kViewerProtocol = 2;
 inline constexpr std::size_t kMaxPathSent = 2000;
+inline constexpr std::size_t kMaxSpansSent = 20000;
+inline constexpr std::size_t kMaxTracksSent = 1000;
+inline constexpr std::size_t kMaxTrackedBoxesSent = 20000;
 
-std::string scene_message(const SnapshotScene& scene, const std::string& run);
+std::string scene_message(const SnapshotScene& scene, const std::string& run, bool has_history);
 // The message `state`, with chunks newer than `since` only.
 std::string state_message(const SnapshotSurface& surface, std::uint64_t since);
 std::string objects_message(const Snapshot& snapshot, const LabelSet& labels);
+// Where there is more than a page takes: the objects with the lowest ids, the longest tracks, and their boxes thinned evenly. It
+// says how many were left out.
+std::string history_message(const SceneHistory& history, const LabelSet& labels);
 // The text of the event `state`.
 std::string event_message(const Snapshot& snapshot, const std::string& run);
 

@@ -153,6 +153,7 @@ OpenedResult open_result(const fs::path& folder) {
     throw Error(fmt::format("{}: {}", (folder / "mesh.ply").string(), e.what()));
   }
   snapshot->path_m = thinned(read_run_path(folder));
+  result.history = read_run_history(folder, scene.labels);
   result.snapshot = std::move(snapshot);
   return result;
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/viewer/scene_history.h"
 #include "panoptic/mapping/snapshot.h"
 #include "panoptic/mesh.h"
 
@@ -15,6 +16,7 @@ namespace panoptic {
 struct OpenedResult {
   SnapshotScene scene;                       // without confidence: a mesh does not hold it
   std::shared_ptr<const Snapshot> snapshot;  // revision 1, finished, no frame
+  SceneHistory history = {};
 };
 
 // Throws Error as run_files.h does, and if the files do not fit one another.

@@ -68,7 +68,7 @@ class PageWriter {
     require_writable_folder(folder_ / "data");
     put("assets/saved.js", script);
     for (const char* name : {"page.css", "icon.svg"}) put(fmt::format("assets/{}", name), asset(fmt::format("/assets/{}", name)));
-    for (const char* path : {"/api/scene", "/api/state", "/api/objects"}) keep(path, path, {});
+    for (const char* path : {"/api/scene", "/api/state", "/api/objects", "/api/history"}) keep(path, path, {});
     close("map.js");
     keep_chunks();
     keep_plan();
@@ -189,7 +189,7 @@ class PageWriter {
 SavedPage save_page(const fs::path& folder, OpenedResult result, PlaySource play, std::size_t most_frames) {
   LatestSnapshot latest;
   latest.publish(std::move(result.snapshot));
-  ViewerContent content(std::move(result.scene), latest, std::move(play));
+  ViewerContent content(std::move(result.scene), latest, std::move(play), std::move(result.history));
   return PageWriter(folder, content).write(most_frames);
 }
 

@@ -158,8 +158,8 @@ void send_bytes(httplib::Response& response, std::string_view bytes, const std::
 }  // namespace
 
 struct ViewerServer::State {
-  State(ViewerOptions viewer_options, SnapshotScene scene, const LatestSnapshot& latest, PlaySource play)
-      : options(std::move(viewer_options)), content(std::move(scene), latest, std::move(play)) {}
+  State(ViewerOptions viewer_options, SnapshotScene scene, const LatestSnapshot& latest, PlaySource play, SceneHistory history)
+      : options(std::move(viewer_options)), content(std::move(scene), latest, std::move(play), std::move(history)) {}
 
   void bind();
   void handle(const httplib::Request& request, httplib::Response& response);
@@ -305,7 +305,8 @@ void ViewerServer::State::handle(const httplib::Request& request, httplib::Respo
   if (!send_asset(request, response)) send_content(request, response);
 }
 
-ViewerServer::ViewerServer(const ViewerOptions& options, SnapshotScene scene, const LatestSnapshot& latest, PlaySource play) {
+ViewerServer::ViewerServer(const ViewerOptions& options, SnapshotScene scene, const LatestSnapshot& latest, PlaySource play,
+                           SceneHistory history) {
   if (!is_well_formed_token(options.token)) {
     throw Error("the viewer's token must have 8 to 128 characters of A-Z a-z 0-9 - . _ ~");
   }
@@ -314,7 +315,7 @@ ViewerServer::ViewerServer(const ViewerOptions& options, SnapshotScene scene, co
     throw Error(fmt::format("the viewer on {} can be reached by others: add a token, for example --token {}", options.bind,
                             fresh_token()));
   }
-  state_ = std::make_unique<State>(options, std::move(scene), latest, std::move(play));
+  state_ = std::make_unique<State>(options, std::move(scene), latest, std::move(play), std::move(history));
   State& state = *state_;
   state.is_loopback_only = is_local;
   state.bind();

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "apps/viewer/play_source.h"
+#include "apps/viewer/scene_history.h"
 #include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
@@ -28,7 +29,7 @@ struct ViewerOptions {
 class ViewerServer {
  public:
   ViewerServer(const ViewerOptions& options, SnapshotScene scene, const LatestSnapshot& latest,
-               PlaySource play = PlaySource("", kNoPlay));
+               PlaySource play = PlaySource("", kNoPlay), SceneHistory history = {});
   ~ViewerServer();  // ends every connection
   ViewerServer(const ViewerServer&) = delete;
   ViewerServer& operator=(const ViewerServer&) = delete;

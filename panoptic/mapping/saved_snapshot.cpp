@@ -25,9 +25,7 @@ std::vector<Vec3f> path_of(const std::vector<FrameRecord>& frames) {
 }  // namespace
 
 // A mapper that is brought to where the file is publishes it.
-SavedSnapshot open_snapshot(const std::filesystem::path& path) {
-  SavedMap saved = load_map(path);
-  const std::vector<FrameRecord> frames = load_frames(path);
+SavedSnapshot open_snapshot(SavedMap saved, const std::vector<FrameRecord>& frames, const std::filesystem::path& path) {
   SavedSnapshot opened;
   opened.note = note_of_format(saved, path);
   MapperState state = saved.notes.states.empty() ? MapperState{} : mapper_state(saved, frames);

@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "panoptic/map_file.h"
 #include "panoptic/mapping/snapshot.h"
 
 namespace panoptic {
@@ -16,7 +18,7 @@ struct SavedSnapshot {
   std::string note;  // what the file lacks because its format is older; else empty
 };
 
-// A map file as the run that wrote it looked at its end. Throws Error: no sound map.
-SavedSnapshot open_snapshot(const std::filesystem::path& path);
+// The map of a file (load_map, load_frames) as the run that wrote it looked at its end. Throws Error: no sound map.
+SavedSnapshot open_snapshot(SavedMap saved, const std::vector<FrameRecord>& frames, const std::filesystem::path& path);
 
 }  // namespace panoptic
