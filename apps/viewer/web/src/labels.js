@@ -11,12 +11,13 @@ const kTexel = 4;
 const kSecondHalf = kRows * kTexel;
 export const kHovered = 128;
 export const kSelected = 255;
+export const kFaded = 128;  // in place of 255 where shown
 
 const kUnknown = { id: 0, name: 'unknown', is_thing: false, color: kUnknownColor };
 
 export class Labels {
   // Two tables of 256 x 256 texels, one above the other, a texel per row:
-  //   red, green, blue of the class,  255 where shown      then      red, green, blue of the object,  mark
+  //   red, green, blue of the class,  255 where shown, kFaded where not there yet      then      red, green, blue of the object,  mark
   texels = new Uint8Array(2 * kSecondHalf);
   changed = true;  // whoever copies the texels clears it
   first_thing = kRows;
@@ -26,6 +27,7 @@ export class Labels {
   #objects = new Map();
   #hidden_classes = new Set();
   #hidden_objects = new Set();
+  #faded = new Set();  // objects that are not there yet, at a time in the past
   #taken = new Map();  // objects on the surface: id -> {row, uses}
   #id_of_row = [];     // their ids
   #free_rows = [];
@@ -42,6 +44,7 @@ export class Labels {
     this.#objects.clear();
     this.#hidden_classes.clear();
     this.#hidden_objects.clear();
+    this.#faded = new Set();
     this.selected = 0;
     this.hovered = 0;
     this.#write_all();
@@ -139,6 +142,16 @@ export class Labels {
     this.#write(id);
   }
 
+  is_faded(id) {
+    return this.#faded.has(id);
+  }
+
+  set_faded(ids) {
+    const before = this.#faded;
+    this.#faded = ids;
+    for (const id of new Set([...before, ...ids])) if (before.has(id) !== ids.has(id)) this.#write(id);
+  }
+
   select(id) {
     const before = this.selected;
     this.selected = id;
@@ -166,7 +179,7 @@ export class Labels {
     const at = row * kTexel;
     const mark = id === 0 ? 0 : id === this.selected ? kSelected : id === this.hovered ? kHovered : 0;
     this.texels.set(this.class_of(id).color, at);
-    this.texels[at + 3] = this.is_object_shown(id) ? 255 : 0;
+    this.texels[at + 3] = !this.is_object_shown(id) ? 0 : this.#faded.has(id) ? kFaded : 255;
     this.texels.set(this.color_of(id), kSecondHalf + at);
     this.texels[kSecondHalf + at + 3] = mark;
     this.changed = true;

@@ -15,6 +15,7 @@ import { icon } from './icons.js';
 import { Labels } from './labels.js';
 import { lay_out, Tabs } from './layout.js';
 import { Legend } from './legend.js';
+import { LookBack } from './look_back.js';
 import { kModes, SurfaceMaterial } from './material.js';
 import { NameTags } from './name_tags.js';
 import { Navigation } from './navigation.js';
@@ -42,6 +43,7 @@ class Page {
   #navigation = new Navigation(this.#stage, this.#surface);
   #trail = new Trail(this.#stage.camera);
   #tags = new NameTags(this.#stage, this.#labels);
+  #look_back = new LookBack(this.#stage, this.#labels, this.#tags);
   #theme = new Theme();
   #status = new Status();
   #timeline = new Timeline(by_id('timeline'));
@@ -107,6 +109,7 @@ class Page {
     this.#slice?.close();  // another run has another map
     this.#slice = null;
     this.#bar.mark_distances(false);
+    this.#look_back.open(scene);
     this.#status.set_scene(scene);
     this.#bar.allow_mode('confidence', scene.has_confidence !== false);
     if (scene.has_confidence === false && this.#mode === 'confidence') this.#set_mode('color');
@@ -200,6 +203,7 @@ class Page {
       this.#play.show(!this.#play.active);
       document.body.classList.toggle('playing', this.#play.active);
       if (this.#play.active) this.#select(0);
+      if (this.#play.active) this.#look_back.to_now();
       this.#bar.mark_play(this.#play.active);
     } catch (error) {
       notify(`Nothing to play with: ${error.message}`);
@@ -266,6 +270,7 @@ class Page {
 
   #after_visibility() {
     this.#objects.mark(false);
+    this.#look_back.refresh();
     this.#details.update(this.#surface.count_of(this.#labels.selected));
     this.#stage.invalidate();
   }
@@ -305,6 +310,7 @@ class Page {
     };
     this.#material.set_look({ accent: triple(colors.accent), background: triple(colors.background) });
     this.#trail.set_colors(colors);
+    this.#look_back.set_colors(colors);
     this.#stage.set_background(colors.background);
     this.#timeline.redraw();
   }
@@ -343,7 +349,7 @@ class Page {
       ...Object.fromEntries(kModes.map((mode, i) => [`${i + 1}`, () => this.#bar.is_allowed(mode) && this.#set_mode(mode)])),
       b: toggle('backs'), p: toggle('path'), n: toggle('names'),
       o: () => this.#navigation.set_mode('orbit'), f: () => this.#navigation.set_mode('walk'), c: () => this.#navigation.set_mode('follow'),
-      g: () => this.#toggle_play(), m: () => this.#toggle_distances(), ...this.#play_keys(),
+      g: () => this.#toggle_play(), m: () => this.#toggle_distances(), j: () => !this.#play?.active && this.#look_back.toggle(), ...this.#play_keys(),
       r: () => this.#navigation.reset(), t: () => this.#theme.toggle(), x: () => this.#save_screenshot(),
       h: () => this.#show_object(selected(), !this.#labels.is_object_shown(selected())),
       enter: () => this.#fly_to(selected()), escape: () => this.#select(0),

@@ -59,7 +59,7 @@ in vec2 shown_and_mark;
 out vec4 shade;
 
 void main() {
-  if (shown_and_mark.x < 0.5) discard;
+  if (shown_and_mark.x < 0.25) discard;
   vec3 direction = normalize(toward_eye);
   vec3 n = normalize(facing);
   if (!gl_FrontFacing) n = -n;
@@ -73,6 +73,8 @@ void main() {
   float hovered = smoothstep(0.25, 0.45, shown_and_mark.y) * (1.0 - selected);
   float rim = pow(1.0 - toward, 2.0);
   lit = mix(lit, mix(background, vec3(dot(lit, vec3(0.3, 0.55, 0.15))), 0.35), dimmed * 0.45 * (1.0 - max(selected, hovered)));
+  float faded = 1.0 - smoothstep(0.55, 0.95, shown_and_mark.x);
+  lit = mix(lit, mix(background, vec3(dot(lit, vec3(0.3, 0.55, 0.15))), 0.22), faded * (1.0 - 0.5 * max(selected, hovered)));
   lit = mix(lit, accent, selected * (0.18 + 0.55 * rim) + hovered * (0.12 + 0.25 * rim));
   shade = vec4(lit, 1.0);
 }`;
@@ -99,7 +101,7 @@ in float distance_m;
 flat in int row;
 out vec4 bytes;
 void main() {
-  if (shown < 0.5) discard;
+  if (shown < 0.25) discard;
   int far = min(int(distance_m * 1000.0), 65535);
   bytes = vec4(ivec4(row & 255, row >> 8, far & 255, far >> 8)) / 255.0;
 }`;
@@ -110,7 +112,7 @@ precision highp float;
 in float shown;
 out vec4 nothing;
 void main() {
-  if (shown < 0.5) discard;
+  if (shown < 0.25) discard;
   nothing = vec4(0.0);
 }`;
 

@@ -11,6 +11,7 @@ const kRoom_px = [70, 20];  // tags closer than this to an already placed one ar
 
 export class NameTags {
   shown = false;
+  marks = [];  // [{name, color, min_m, max_m, kind}]: tags of boxes that are no objects of the map
   #stage;
   #labels;
   #root = by_id('name-tags');
@@ -28,7 +29,7 @@ export class NameTags {
     for (const object of wanted) {
       if (placed.length >= kMostTags) break;
       const at = this.#stage.project(object.top);
-      const selected = object.id === this.#labels.selected;
+      const selected = object.kind === '' && object.id === this.#labels.selected;
       if (!at || (!selected && placed.some((other) => Math.abs(other.at.x - at.x) < kRoom_px[0] && Math.abs(other.at.y - at.y) < kRoom_px[1]))) continue;
       placed.push({ object, at, selected });
     }
@@ -39,9 +40,9 @@ export class NameTags {
   #wanted() {
     const { selected } = this.#labels;
     const eye = this.#stage.camera.position;
-    return this.#labels.objects.filter((object) => object.id === selected || (this.shown && this.#labels.is_object_shown(object.id) && Math.max(...size_of(object)) > 0.15))
-      .map((object) => ({ id: object.id, name: object.name, color: object.color, top: this.#top_of(object) }))
-      .sort((a, b) => (b.id === selected) - (a.id === selected) || a.top.distanceToSquared(eye) - b.top.distanceToSquared(eye));
+    return this.#labels.objects.filter((object) => object.id === selected || (this.shown && this.#labels.is_object_shown(object.id) && !this.#labels.is_faded(object.id) && Math.max(...size_of(object)) > 0.15))
+      .concat(this.marks).map((object) => ({ id: object.id, kind: object.kind ?? '', name: object.name, color: object.color, top: this.#top_of(object) }))
+      .sort((a, b) => (b.id === selected) - (a.id === selected) || (b.kind !== '') - (a.kind !== '') || a.top.distanceToSquared(eye) - b.top.distanceToSquared(eye));
   }
 
   // The middle of the box, lifted to its highest corner along `up`.
@@ -58,6 +59,7 @@ export class NameTags {
     tag.hidden = false;
     set_text(tag, object.name);
     tag.classList.toggle('selected', selected);
+    for (const kind of ['ghost', 'moving']) tag.classList.toggle(kind, object.kind === kind);
     tag.style.setProperty('--color', css_color(object.color));
     tag.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px) translate(-50%, -110%)`;
   }

@@ -5,7 +5,7 @@
 import { by_id, element } from './dom.js';
 
 const kKeys = [
-  ['Surface', [['1 – 5', 'Colour, class, panoptic, normals, confidence'], ['B', 'Back sides'], ['P', 'Camera path'], ['N', 'Names'], ['M', 'Distances to the nearest surface']]],
+  ['Surface', [['1 – 5', 'Colour, class, panoptic, normals, confidence'], ['B', 'Back sides'], ['P', 'Camera path'], ['N', 'Names'], ['M', 'Distances to the nearest surface'], ['J', 'Play what happened, or pause']]],
   ['Camera', [['O', 'Orbit'], ['F', 'Walk (first person)'], ['C', 'Follow the recording camera'], ['R', 'Reset the view'],
     ['W A S D', 'Walk; E and Q up and down, Shift faster'], ['Double-click', 'Turn around this point']]],
   ['Objects', [['Click', 'Select'], ['Enter', 'Fly to the selection'], ['H', 'Hide or show the selection'], ['/', 'Search'], ['Esc', 'Clear the selection']]],

@@ -18,7 +18,7 @@ export class Theme {
     return recall('theme', system.matches ? 'dark' : 'light') === 'dark';
   }
 
-  // listener({background, accent, path, frustum, box}): colours for what is drawn on the canvas; called at once, too.
+  // listener({background, accent, path, frustum, box, ghost, moving}): colours for what is drawn on the canvas; called at once, too.
   on_change(listener) {
     this.#listeners.push(listener);
     listener(this.#colors());
@@ -37,6 +37,6 @@ export class Theme {
   #colors() {
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(name).trim();
-    return { background: color('--scene'), accent: color('--mark'), path: color('--path'), frustum: color('--frustum'), box: color('--mark') };
+    return { background: color('--scene'), accent: color('--mark'), path: color('--path'), frustum: color('--frustum'), box: color('--mark'), ghost: color('--ghost'), moving: color('--moving') };
   }
 }

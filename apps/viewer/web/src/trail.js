@@ -10,7 +10,7 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 const kFrustumDepth_m = 0.3;
 export const kLineLayer = 1;  // the picking camera does not see it
 
-function segments(color, width_px) {
+export function segments(color, width_px) {
   const material = new LineMaterial({ color, linewidth: width_px, transparent: true });
   const lines = new LineSegments2(new LineSegmentsGeometry(), material);
   lines.layers.set(kLineLayer);
@@ -19,7 +19,7 @@ function segments(color, width_px) {
   return lines;
 }
 
-function replace(lines, points) {
+export function replace(lines, points) {
   lines.geometry.dispose();
   lines.geometry = new LineSegmentsGeometry();
   lines.visible = points.length > 0;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { kRows, kSelected, kUnknownColor, Labels } from '../src/labels.js';
+import { kFaded, kRows, kSelected, kUnknownColor, Labels } from '../src/labels.js';
 
 const kScene = {
   first_thing: 41,
@@ -110,4 +110,16 @@ test('Labels: what comes and goes never runs out of rows', () => {
     assert.ok(labels.take(id) > 0);
     labels.drop(id);
   }
+});
+
+test('Labels: what is not there yet is faded, and hidden stays hidden', () => {
+  const labels = labelled();
+  labels.set_faded(new Set([57]));
+  assert.equal(class_texel(labels, 57)[3], kFaded);
+  assert.equal(labels.is_faded(57), true);
+  labels.show_object(57, false);
+  assert.equal(class_texel(labels, 57)[3], 0);
+  labels.show_object(57, true);
+  labels.set_faded(new Set());
+  assert.equal(class_texel(labels, 57)[3], 255);
 });
