@@ -7,6 +7,7 @@
 #include "apps/viewer/assets.h"
 #include "apps/viewer/saved_page.h"
 #include "panoptic/base/files.h"
+#include "panoptic/mapfile/run_notes.h"
 #include "tests/fresh_folder.h"
 #include "tests/io/run_json.h"
 #include "tests/viewer/server_fixture.h"
@@ -99,6 +100,30 @@ TEST_F(RunHistory, WhatIsWrongIsNamedWithItsFile) {
   moving_["tracks"] = Json::array();
   objects_["objects"][0]["gone_time"] = "soon";
   EXPECT_THAT(refusal(), HasSubstr("objects.json"));
+}
+
+TEST(MapHistory, IsWhatTheFileKeeps) {
+  SavedMap saved{MapOptions{}, PanopticMap(MapOptions{}, test::small_labels()), {}};
+  PastObject past{.id = PanopticId{9}, .class_id = ClassId{2}, .first_frame = 10, .last_frame = 12, .gone_frame = 20};
+  past.box = {Vec3d(0, 0, 0), Vec3d(1, 2, 3), Vec3d(0.5, 1, 1.5)};
+  saved.map.history.past.push_back(past);
+  const std::vector<FrameRecord> frames = {{.frame = 5, .time_s = 1}, {.frame = 10, .time_s = 2}, {.frame = 20, .time_s = 4}};
+  EXPECT_TRUE(history_of(saved, frames).tracks.empty()) << "no run made it";
+  SavedState state;
+  MovingTrack walk{.id = 3, .class_id = ClassId{2}, .boxes = {}};
+  for (const double time_s : {2.0, 3.0, 4.0}) walk.boxes.push_back({10, time_s, Vec3d::Zero(), Vec3d::Ones()});
+  state.moving.followed.push_back({walk, {{ClassId{2}, 3}}});
+  state.moving.next_id = 4;
+  state.moving.forgotten = 6;
+  saved.notes = notes_of(state);
+  const SceneHistory history = history_of(saved, frames);
+  EXPECT_EQ(history.start_s, 1);
+  EXPECT_EQ(history.end_s, 4);
+  ASSERT_EQ(history.spans.size(), 1U);
+  EXPECT_EQ(history.spans[0].first_s, 2);
+  EXPECT_EQ(history.spans[0].gone_s, 4);
+  EXPECT_EQ(history.tracks, std::vector<MovingTrack>{walk});
+  EXPECT_EQ(history.forgotten_boxes, 6U);
 }
 
 class ServedHistory : public test::Served {
