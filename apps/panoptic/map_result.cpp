@@ -6,12 +6,10 @@
 
 #include <filesystem>
 #include <system_error>
-#include <utility>
 
 #include "apps/panoptic/commands.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/mapping/checkpoint.h"
-#include "panoptic/mapping/saved_snapshot.h"
 
 namespace panoptic {
 
@@ -27,16 +25,6 @@ LabelledMap map_to_score(const std::string& path, std::vector<std::string>& warn
     warnings.push_back(fmt::format("{}: a checkpoint; this is the map of the first frames of its recording", path));
   }
   return map;
-}
-
-// Opens a map file by way of a mapper with its state, so that the map looks as in the run that wrote it.
-OpenedResult open_map_result(const std::string& path) {
-  SavedMap saved = load_map(path);
-  const std::vector<FrameRecord> frames = load_frames(path);
-  SceneHistory history = history_of(saved, frames);
-  SavedSnapshot opened = open_snapshot(std::move(saved), frames, path);
-  tell_note(opened.note);
-  return {std::move(opened.scene), std::move(opened.snapshot), std::move(history)};
 }
 
 }  // namespace panoptic

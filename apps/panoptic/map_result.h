@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/viewer/result_folder.h"
 #include "panoptic/evaluation.h"
 
 namespace panoptic {
@@ -15,9 +14,8 @@ namespace panoptic {
 // True for a file, as opposed to a folder. An absent one counts as a folder.
 bool is_map_file(const std::string& path);
 
-// Both throw Error if the file is no sound map. `warnings` hear of a map that is not complete and of classes that NYU40 does not
+// Throws Error if the file is no sound map. `warnings` hear of a map that is not complete and of classes that NYU40 does not
 // have.
 LabelledMap map_to_score(const std::string& path, std::vector<std::string>& warnings);
-OpenedResult open_map_result(const std::string& path);
 
 }  // namespace panoptic

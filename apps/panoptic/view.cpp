@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cstdio>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/map_result.h"
@@ -12,8 +14,23 @@
 #include "apps/viewer/result_folder.h"
 #include "apps/viewer/saved_page.h"
 #include "apps/viewer/server.h"
+#include "panoptic/map_file.h"
+#include "panoptic/mapping/saved_snapshot.h"
 
 namespace panoptic {
+namespace {
+
+// Opens a map file by way of a mapper with its state, so that the map looks as in the run that wrote it.
+OpenedResult open_map_result(const std::string& path) {
+  SavedMap saved = load_map(path);
+  const std::vector<FrameRecord> frames = load_frames(path);
+  SceneHistory history = history_of(saved, frames);
+  SavedSnapshot opened = open_snapshot(std::move(saved), frames, path);
+  tell_note(opened.note);
+  return {std::move(opened.scene), std::move(opened.snapshot), std::move(history)};
+}
+
+}  // namespace
 
 ViewerOptions viewer_options_from(const Arguments& arguments) {
   ViewerOptions options;
