@@ -38,6 +38,9 @@ struct Closer {
 template <typename T>
 using Owned = std::unique_ptr<T, Closer>;
 
+// More than an image of kMaxImagePixels in ten bits takes, for the decoder and for the process' other users of these libraries.
+constexpr std::size_t kMostBlockBytes = std::size_t{400} << 20;
+
 std::string words_of(int error) {
   std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
   av_strerror(error, text.data(), text.size());
@@ -53,6 +56,7 @@ struct StoredImage {
 Owned<AVFormatContext> open_file(const std::filesystem::path& path) {
   if (!is_file(path)) throw Error(fmt::format("{}: no such file", path.string()));
   av_log_set_level(AV_LOG_QUIET);  // what is wrong is said by exceptions
+  av_max_alloc(kMostBlockBytes);   // headers may ask for any number of entries
   AVDictionary* options = nullptr;
   av_dict_set(&options, "protocol_whitelist", "file", 0);  // a file may name others, elsewhere
   av_dict_set(&options, "ignore_editlist", "1", 0);        // every image that was stored, also those that are not to be shown

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "panoptic/base/bytes.h"
@@ -114,14 +116,22 @@ bool take_row(ByteReader& reader, std::int32_t width, Row& row) {
   const std::uint32_t count = take_short(reader);
   if (count == 0) {
     if (row.empty()) return false;
-    for (std::size_t r = 0; r + 1 < row.size(); ++r) row[r].end += unfolded(take_short(reader));
+    for (std::size_t r = 0; r + 1 < row.size(); ++r) {
+      const std::int64_t end = std::int64_t{row[r].end} + unfolded(take_short(reader));
+      if (end <= 0 || end > width) return false;
+      row[r].end = static_cast<std::int32_t>(end);
+    }
   } else {
     if (count > static_cast<std::uint32_t>(width)) return false;
     row.resize(count);
     std::int32_t begin = 0;
     for (Run& run : row) {
-      run.value = static_cast<std::uint16_t>(take_short(reader));
-      run.end = begin + static_cast<std::int32_t>(std::min(take_short(reader), static_cast<std::uint32_t>(width)));
+      const std::uint32_t value = take_short(reader);
+      if (value > std::numeric_limits<std::uint16_t>::max()) return false;
+      run.value = static_cast<std::uint16_t>(value);
+      const std::uint32_t length = take_short(reader);
+      if (length > static_cast<std::uint32_t>(width - begin)) return false;
+      run.end = begin + static_cast<std::int32_t>(length);
       begin = run.end;
     }
   }

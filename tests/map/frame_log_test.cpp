@@ -72,6 +72,19 @@ TEST(FrameLog, DamagedBytesAreLabelsOrNothing) {
   }
 }
 
+TEST(FrameLog, AStepOfAnOutlineBeyondEveryNumberIsRefused) {
+  LoggedLabels labels;
+  labels.segmentation.segments.resize(1);
+  labels.ids.push_back(PanopticId{7});
+  labels.segmentation.segment_at = Image<std::uint16_t>(4, 2);
+  for (int v = 0; v < 2; ++v) labels.segmentation.segment_at(3, v) = 1;
+  FrameLog::Bytes bytes = encode_labels(labels.segmentation, labels.ids);
+  ASSERT_EQ(bytes.back(), 0);  // the end of the first run is that of the row above
+  bytes.pop_back();
+  for (const std::uint8_t byte : {0xFE, 0xFF, 0xFF, 0xFF, 0x0F}) bytes.push_back(byte);  // 2^31 - 1
+  EXPECT_FALSE(decode_labels(bytes).has_value());
+}
+
 Frame frame_of(std::int64_t index) {
   Frame frame;
   frame.index = index;
