@@ -37,14 +37,13 @@ void add_recording(CLI::App& app, Arguments& a) {
                  "recording: ScanNet .sens or export, 7-Scenes, 3DMatch, TUM RGB-D, Replica, a bag (.bag, .mcap, .db3), or a "
                  "plain folder;\n"
                  "a list of recordings, LIST.toml, to map them as one; or a simulated home: "
-                 "sim:SEED[,rooms=R,frames=F,noise=P,\ndynamics=D]")
+                 "sim:SEED[,rooms=R,frames=F,noise=P,\ndynamics=D,jumps=N]")
       ->required();
-  constexpr double kLongest_s = 1e6;
   app.add_option("--calibration", a.calibration, "TOML file that overrides intrinsics, lens, depth scale and the colour camera");
   app.add_option(
          "--pair-tolerance", a.pair_tolerance_s,
          "seconds between colour and depth of a pair at most, for recordings paired by time (TUM RGB-D, bags), default 0.02")
-      ->check(CLI::Range(0.0, kLongest_s));
+      ->check(CLI::Range(0.0, 1e6));
   app.add_option(
       "--topics", a.topics,
       "of a bag: depth=TOPIC,color=TOPIC,info=TOPIC,pose=TOPIC, each where there are several (panoptic info BAG lists them)");
@@ -77,6 +76,7 @@ void add_simulation(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(1, kMostFrames));
   app.add_option("--noise", a.noise, "sensor and tracker: none, kinect (default), drift, harsh");
   app.add_option("--dynamics", a.dynamics, "what moves: static (default), people, changes (furniture and doors), busy (both)");
+  app.add_option("--jumps", a.jumps, "how often the camera is carried to another place, nothing seen on the way; default 0");
   app.add_option("--predictions", a.predictions, "what networks give: oracle, good, maskrcnn (default), poor, or none");
   app.add_option("--config", a.config, "TOML file of options; DIR/simulation.toml of an earlier simulation is one");
   app.add_option("--set", a.settings, "one option, key=value, as in simulation.toml; may be repeated");

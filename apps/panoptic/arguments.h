@@ -64,6 +64,7 @@ struct Arguments {
   std::optional<std::string> seed;
   std::optional<int> rooms;
   std::optional<int> frame_count;
+  std::optional<int> jumps;
   std::optional<std::string> noise;
   std::optional<std::string> dynamics;
   std::string contact_sheet;

@@ -29,6 +29,7 @@ void apply_flags(const Arguments& a, ExportOptions& options) {
   if (a.frame_count) options.frames = *a.frame_count;
   if (a.noise) options.noise = *a.noise;
   if (a.dynamics) options.dynamics = *a.dynamics;
+  if (a.jumps) options.jumps = *a.jumps;
 }
 
 // Defaults, then --config, then the flags.

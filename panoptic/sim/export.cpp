@@ -23,6 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kMostJumps = 10000;
+
 // `<folder>.partial` while the scan is written; becomes `folder` when it is whole, and else is removed.
 class StagingFolder {
  public:
@@ -91,6 +93,7 @@ void write_home(const Simulation& simulation, const fs::path& folder) {
   const Home home = final_home(simulation.world());
   write_png(folder / "plan.png", draw_plan(home, simulation.true_path()));
   write_home_truth(home_truth(home, {simulation.options().seed, simulation.options().rooms}), folder);
+  if (!simulation.jumps().jumps.empty()) write_jumps(folder / kJumpsFile, simulation.jumps(), kFrameRate_hz);
   if (!simulation.moves()) return;
   write_dynamics(folder / kDynamicsFile,
                  dynamics_truth(simulation.world(), simulation.renderer(), simulation.camera(), simulation.options().dynamics));
@@ -105,6 +108,7 @@ Fields fields(ExportOptions& o) {
       {"frames", &o.frames, "frames of the recording; 0: as many as the way through the home takes at 30 Hz", in_range(0, 1e6)},
       {"noise", &o.noise, "preset of the sensor's noise", {}},
       {"dynamics", &o.dynamics, "what moves: static, people, changes or busy", one_of(dynamics_names())},
+      {"jumps", &o.jumps, "how often the camera is carried to another place", in_range(0, kMostJumps)},
       {"predictions", &o.predictions, "preset that prediction_noise came from, or none", {}},
       {"jpeg_quality", &o.jpeg_quality, "quality of the colour images", in_range(1, 100)},
       {"truth_stride", &o.truth_stride, "every how many frames enter the true mesh; 0: about 600 do", in_range(0, 1e6)},
@@ -128,6 +132,10 @@ SimulationOptions simulation_options(const ExportOptions& o) {
   sensor_noise_preset(o.noise);
   simulation.dynamics = o.dynamics;
   dynamics_of(o.dynamics);
+  simulation.jumps = o.jumps;
+  if (o.jumps < 0 || o.jumps > kMostJumps) {
+    throw Error(fmt::format("jumps = {} is out of range; it may be 0 to {}", o.jumps, kMostJumps));
+  }
   return simulation;
 }
 

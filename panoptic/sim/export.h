@@ -23,6 +23,7 @@ struct ExportOptions {
   int frames = 0;                        // 0 = as many as the way takes at 30 Hz
   std::string noise = "kinect";          // sensor_noise_preset
   std::string dynamics = "static";       // dynamics_of
+  int jumps = 0;                         // as SimulationOptions
   std::string predictions = "maskrcnn";  // the preset that prediction_noise came from, for people; "none" = no predictions
   PredictionNoise prediction_noise = prediction_noise_preset("maskrcnn");
   int jpeg_quality = 95;

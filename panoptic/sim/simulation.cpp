@@ -20,6 +20,10 @@ const SimulationOptions& checked(const SimulationOptions& options) {
     throw Error(
         fmt::format("frames = {} is out of range; it may be 0 (as many as the way takes) to {}", options.frames, kMostFrames));
   }
+  if (options.jumps != 0 && dynamics_of(options.dynamics) != Dynamics::kStatic) {
+    throw Error(fmt::format("jumps = {} do not go with dynamics '{}', which follow where the camera is; choose one of them",
+                            options.jumps, options.dynamics));
+  }
   return options;
 }
 
@@ -44,13 +48,15 @@ struct Simulation::State {
         noise(sensor_noise_preset(options.noise)),
         world(make_moving_home({{options.seed, options.rooms}, options.frames, dynamics_of(options.dynamics)}, Catalogue(),
                                kCamera)),
-        tracked_path(with_drift(noise, options.seed, world.path)),
+        jumping(with_jumps(world.path, options.jumps, options.seed)),
+        tracked_path(with_drift(noise, options.seed, jumping.poses)),
         labels(labels_of(world)),
         renderer(world.home.scene, world.presences) {}
 
   SimulationOptions options;
   SensorNoise noise;
   MovingHome world;
+  JumpingPath jumping;
   std::vector<Pose> tracked_path;
   LabelSet labels;
   Renderer renderer;
@@ -67,6 +73,7 @@ std::string Simulation::description() const {
   std::string text =
       fmt::format("simulated home {}: {} room{}, {} things, {} frames, depth and colour {}x{}, noise '{}'", state_->options.seed,
                   rooms, rooms == 1 ? "" : "s", things, size(), kCamera.width, kCamera.height, state_->options.noise);
+  if (!jumps().jumps.empty()) text += fmt::format(", carried off {} times", jumps().jumps.size());
   if (moves()) {
     text += fmt::format(", dynamics '{}': {} movers, {} changes", state_->options.dynamics, state_->world.movers.size(),
                         state_->world.changes.size());
@@ -75,7 +82,8 @@ std::string Simulation::description() const {
 }
 
 std::size_t Simulation::size() const { return state_->world.path.size(); }
-const std::vector<Pose>& Simulation::true_path() const { return state_->world.path; }
+const std::vector<Pose>& Simulation::true_path() const { return state_->jumping.poses; }
+const JumpingPath& Simulation::jumps() const { return state_->jumping; }
 
 ReadResult Simulation::read(std::size_t position) const {
   Frame frame = simulate(position).frame;
@@ -86,12 +94,16 @@ ReadResult Simulation::read(std::size_t position) const {
 SimulatedFrame Simulation::simulate(std::size_t position) const {
   PANOPTIC_ASSERT(position < size());
   SimulatedFrame result;
-  result.true_world_from_camera = state_->world.path[position];
+  const std::vector<Pose>& path = true_path();
+  result.true_world_from_camera = path[position];
   result.rendering = state_->renderer.render(kCamera, result.true_world_from_camera,
                                              {state_->world.presence_at(position), state_->world.figures_at(position)});
 
   Rendering sensed = result.rendering;
-  const Pose& before = state_->world.path[position > 0 ? position - 1 : 0];
+  // Nothing was exposed while the camera was carried.
+  const bool is_put_down =
+      std::any_of(jumps().jumps.begin(), jumps().jumps.end(), [&](const Jump& jump) { return jump.frame == position; });
+  const Pose& before = path[position == 0 || is_put_down ? position : position - 1];
   add_sensor_noise(state_->noise, state_->options.seed, static_cast<std::int64_t>(position), sensed,
                    motion_px(before, result.true_world_from_camera, result.rendering.depth));
   Frame& frame = result.frame;

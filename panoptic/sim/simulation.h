@@ -13,6 +13,7 @@
 #include "panoptic/labels.h"
 #include "panoptic/scan_truth.h"
 #include "panoptic/sim/home.h"
+#include "panoptic/sim/jumps.h"
 #include "panoptic/sim/moving_home.h"
 #include "panoptic/sim/renderer.h"
 #include "panoptic/sim/sensor_noise.h"
@@ -26,9 +27,10 @@ struct SimulationOptions {
   int frames = 0;                   // 0 = as many as the way takes at 30 Hz
   std::string noise = "kinect";     // sensor_noise_preset
   std::string dynamics = "static";  // dynamics_of
+  int jumps = 0;                    // kidnappings of the camera (jumps.h)
 };
 
-// "sim:SEED" or "sim:SEED,rooms=2,frames=300,noise=none,dynamics=busy". Throws Error showing the syntax.
+// "sim:SEED" or "sim:SEED,rooms=2,frames=300,noise=none,dynamics=busy" or "sim:SEED,jumps=4". Throws Error showing the syntax.
 SimulationOptions parse_simulation(const std::string& text);
 
 struct SimulatedFrame {
@@ -56,6 +58,7 @@ class Simulation : public Dataset {
   const MovingHome& world() const;
   bool moves() const;                          // false: the dynamics are "static"
   const std::vector<Pose>& true_path() const;  // world_from_camera of every frame
+  const JumpingPath& jumps() const;            // the same, and where the camera was carried off
   const LabelSet& labels() const;              // of the classes that frames show
   const Renderer& renderer() const;
   const Camera& camera() const;  // of depth and colour alike: 640x480, as ScanNet's

@@ -36,6 +36,8 @@ void set(const std::string& text, std::string_view part, SimulationOptions& opti
     options.rooms = parse_number<int>(text, part, value);
   } else if (key == "frames") {
     options.frames = parse_number<int>(text, part, value);
+  } else if (key == "jumps") {
+    options.jumps = parse_number<int>(text, part, value);
   } else if (key == "noise") {
     options.noise = value;
     sensor_noise_preset(options.noise);

@@ -57,6 +57,21 @@ TEST(Simulate, RepeatsAnEarlierSimulation) {
   EXPECT_EQ(read_file(folder / "a" / "predictions" / "000003.json"), read_file(folder / "b" / "predictions" / "000003.json"));
 }
 
+TEST(Simulate, WritesWhereTheCameraWasCarriedOff) {
+  const fs::path home = fresh_folder("homes") / "home";
+  std::vector<std::string> arguments = simulate(home, {"--jumps", "1", "--predictions", "none"});
+  arguments[6] = "100";
+  const ProgramResult made = run_program(arguments);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("carried off 1 times"));
+  EXPECT_EQ(read_json_file(home / "jumps.json")["jumps"].size(), 1U);
+  EXPECT_THAT(read_file(home / "simulation.toml"), HasSubstr("jumps = 1"));
+  const ProgramResult many = run_program(simulate(home.string() + "2", {"--jumps", "1"}));
+  EXPECT_EQ(many.exit_code, 1);
+  expect_one_line(many.err, "jumps = 1 do not fit 4 frames");
+  EXPECT_EQ(run_program(simulate(home.string() + "2", {"--jumps", "-1"})).exit_code, 2);
+}
+
 TEST(Simulate, RefusesWhatItDoesNotKnow) {
   const fs::path home = fresh_folder("homes") / "home";
   const ProgramResult predictions = run_program(simulate(home, {"--predictions", "best"}));
