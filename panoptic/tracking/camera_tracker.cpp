@@ -55,6 +55,7 @@ struct TrackedFrame {
   double time_s = 0;
   std::size_t keyframe = 0;  // the last one up to then
   Pose world_from_camera = Pose::Identity();
+  bool is_found = false;  // there, and not by following the one before: between the two the camera may have been carried off
 };
 
 }  // namespace
@@ -147,10 +148,10 @@ CameraPose CameraTracker::Parts::begin(const Frame& frame) const {
   return pose;
 }
 
-// The pose of a camera that goes on moving as between the last two frames.
+// The pose of a camera that goes on moving as between the last two frames; of one that was just found, how it moves is not known.
 Pose CameraTracker::Parts::predicted(double time_s) const {
   const TrackedFrame& last = frames_.back();
-  if (frames_.size() < 2) return last.world_from_camera;
+  if (frames_.size() < 2 || last.is_found) return last.world_from_camera;
   const TrackedFrame& before = frames_[frames_.size() - 2];
   const double step_s = last.time_s - before.time_s;
   constexpr double kMostSteps = 3;
@@ -194,7 +195,9 @@ CameraPose CameraTracker::Parts::find_again(const Frame& frame, const VoxelMap& 
 void CameraTracker::Parts::keep(const Frame& frame) {
   PANOPTIC_ASSERT(pose_.is_known());
   const bool is_due = is_keyframe_due(pose_);
-  frames_.push_back({frame.index, frame.time_s, is_due ? keyframes_.size() : keyframes_.size() - 1, pose_.world_from_camera});
+  const std::size_t keyframe = is_due ? keyframes_.size() : keyframes_.size() - 1;
+  const bool is_found = pose_.state == TrackingState::kFoundAgain;
+  frames_.push_back({frame.index, frame.time_s, keyframe, pose_.world_from_camera, is_found});
   if (is_due) add_keyframe(frame);
 }
 

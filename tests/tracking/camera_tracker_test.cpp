@@ -72,6 +72,17 @@ TEST_F(CameraTracking, ACoveredLensLosesItAndASeenPlaceFindsItAgain) {
   EXPECT_EQ(see(test::room_frame(2, kFrames)).state, TrackingState::kTracked);
 }
 
+// The jump is no motion that goes on.
+TEST_F(CameraTracking, GoesOnFromASeenPlaceToWhichItWasCarried) {
+  for (int n = 0; n < kFrames / 4; ++n) ASSERT_TRUE(see(test::room_frame(n, kFrames)).is_known());
+  EXPECT_EQ(see(test::room_frame(2, kFrames)).state, TrackingState::kFoundAgain);
+  for (int n = 3; n < 7; ++n) {
+    const CameraPose pose = see(test::room_frame(n, kFrames));
+    EXPECT_EQ(pose.state, TrackingState::kTracked) << pose.reason;
+    EXPECT_LT(off_m(pose, n), 0.03) << n;  // a voxel
+  }
+}
+
 TEST_F(CameraTracking, AJumpToAnUnseenPlaceIsNotMapped) {
   for (int n = 0; n < 5; ++n) ASSERT_TRUE(see(test::room_frame(n, kFrames)).is_known());
   Frame elsewhere = test::render(test::bare_wall(), test::room_camera(), test::look_at({0, 0, 1.2}, {0.1, 0, 2}), 5);
