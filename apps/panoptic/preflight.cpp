@@ -9,6 +9,8 @@
 #include "apps/panoptic/commands.h"
 #include "apps/panoptic/progress.h"
 #include "panoptic/io/doctor.h"
+#include "panoptic/io/recording_list.h"
+#include "panoptic/mapping/rebuild_file.h"
 #include "panoptic/parallel.h"
 #include "panoptic/simulation.h"
 #include "panoptic/source.h"
@@ -30,7 +32,8 @@ constexpr DoctorOptions kPreflightWithoutPoses{.frames = kPreflight.frames, .pai
 
 // Leaves out what is about poses.
 DoctorReport without_poses(DoctorReport report) {
-  std::erase_if(report.checks, [](const Check& c) { return c.name == "rotations" || c.name == "poses" || c.name == "steps"; });
+  std::erase_if(report.checks,
+                [](const Check& c) { return c.name == "rotations" || c.name == "poses" || c.name == "steps" || c.name == "up"; });
   return report;
 }
 
@@ -46,6 +49,16 @@ std::unique_ptr<Dataset> open_given(const Arguments& arguments) {
   }
 }
 
+// The list of all visits, the earlier ones as they were mapped, the last one with or without its poses.
+std::unique_ptr<Dataset> open_visits(const Arguments& arguments, bool were_tracked, bool with_poses) {
+  const std::size_t visits = read_recording_list(arguments.dataset).size();
+  return open_recording_list(arguments.dataset, {}, {}, [&, opened = std::size_t{0}](const ListedRecording& r) mutable {
+    const bool is_posed = ++opened == visits ? with_poses : !were_tracked;
+    if (is_posed || r.recording.starts_with("sim:")) return open_dataset(r.recording, r.calibration, r.pair_tolerance_s);
+    return open_without_poses(r.recording, r.calibration, r.pair_tolerance_s);
+  });
+}
+
 void check_sample(const Arguments& arguments, const DoctorReport& report) {
   for (const Check& check : report.checks) {
     if (check.verdict == Verdict::kImpossible) refuse(arguments.dataset, check);
@@ -55,6 +68,22 @@ void check_sample(const Arguments& arguments, const DoctorReport& report) {
     tell(fmt::format("warning: {}: {}: {} (panoptic doctor {} looks closer)\n", check.name, check.evidence, check.remedy,
                      arguments.dataset));
   }
+}
+
+// A further visit, whose camera is to be found in the map of the earlier ones.
+OpenedRecording open_visit_to_track(const Arguments& arguments) {
+  const bool were_tracked = mapped_recording(arguments.earlier_map).is_tracked;
+  const ListedRecording visit = read_recording_list(arguments.dataset).back();
+  OpenedRecording opened{open_visits(arguments, were_tracked, false), nullptr, true, visit.recording.starts_with("sim:")};
+  tell_notes(opened.dataset->notes());
+  if (!arguments.no_preflight) check_sample(arguments, without_poses(diagnose(*opened.dataset, kPreflightWithoutPoses)));
+  if (opened.frames_have_poses) return opened;
+  Arguments alone = arguments;
+  alone.dataset = visit.recording;
+  alone.calibration = visit.calibration;
+  alone.pair_tolerance_s = visit.pair_tolerance_s;
+  if (open_given(alone)) opened.given = open_visits(arguments, were_tracked, true);
+  return opened;
 }
 
 }  // namespace
@@ -69,6 +98,7 @@ std::unique_ptr<Dataset> open_checked(const Arguments& arguments) {
 }
 
 OpenedRecording open_to_map(const Arguments& arguments) {
+  if (arguments.track && !arguments.earlier_map.empty()) return open_visit_to_track(arguments);
   if (!arguments.track) {
     try {
       return {open_checked(arguments), nullptr, false, true};

@@ -95,11 +95,13 @@ std::string predictor_text(const Options& options, const std::string& list) {
   return networks.empty() ? "the predictions of " + list : networks;
 }
 
-void print_closing(const Mapper& mapper, const RunSummary& summary, const std::string& output) {
+void print_closing(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary) {
+  const std::string& output = arguments.output;
   print_stages(mapper.profile());
   print_frames(mapper.frames(), summary.without_prediction);
   if (summary.online) print_online(*summary.online);
   if (summary.tracking) print_tracking(*summary.tracking);
+  if (summary.tracking && !arguments.earlier_map.empty()) tell_found(arguments.earlier_map, *summary.tracking);
   if (!summary.corrections.empty()) print_corrections(summary.corrections);
   const VoxelMap& map = mapper.map().voxels;
   fmt::print("{} blocks, {:.1f} million voxels observed, {:.0f} MB map, peak {:.0f} MB\n", map.block_count(),
@@ -170,6 +172,7 @@ void require_sense(const PredictorReport& report, const WrittenMap& written, con
 void require_use(const Mapper& mapper, const RunSummary& summary, const MappingResult& result, const EarlierFrames& earlier,
                  const Arguments& arguments) {
   const std::uint64_t used = mapper.frames().used() - earlier.used;
+  if (used == 0 && summary.tracking && !arguments.earlier_map.empty()) throw never_found(arguments, *summary.tracking);
   if (used == 0) {
     throw Error(fmt::format("{}: no frame was usable{}; {}/report.json lists why, panoptic doctor looks closer",
                             arguments.dataset, usual_reason(mapper.frames()), arguments.output));
@@ -188,7 +191,7 @@ void require_use(const Mapper& mapper, const RunSummary& summary, const MappingR
 // Tells how the run went, and returns the program's exit code. Throws Error if it failed, or gave nothing of what was asked for.
 int conclude(const Arguments& arguments, const Mapper& mapper, const RunSummary& summary, const MappingResult& result,
              const EarlierFrames& earlier) {
-  print_closing(mapper, summary, arguments.output);
+  print_closing(arguments, mapper, summary);
   if (!result.failure.empty()) {
     throw Error(fmt::format("{} (the map so far is in {}, marked incomplete)", result.failure, arguments.output));
   }
@@ -272,9 +275,8 @@ void require_possible(const Arguments& arguments) {
   if (arguments.online && !arguments.write_moving.empty()) {
     throw UsageError("--write-moving is for runs without --online: what moves there is known when the frame is gone");
   }
-  if (!arguments.earlier_map.empty() &&
-      (arguments.online || arguments.track || !arguments.frames.empty() || !arguments.pose_updates.empty())) {
-    throw UsageError("--in does not go with --online, --track, --frames or --pose-updates");
+  if (!arguments.earlier_map.empty() && (arguments.online || !arguments.frames.empty() || !arguments.pose_updates.empty())) {
+    throw UsageError("--in does not go with --online, --frames or --pose-updates");
   }
   if (arguments.track && (arguments.online || arguments.resume || !arguments.pose_updates.empty())) {
     throw UsageError("--track does not go with --online, --resume or --pose-updates");
@@ -336,6 +338,7 @@ int map_recording(const Arguments& arguments) {
     Progress progress("frames", range.count(dataset->size()));
     std::optional<RunTracker> tracker;
     if (opened.is_tracked) tracker.emplace(CameraTrackerOptions{options.depth.min_m, options.depth.max_m, {}});
+    if (tracker && !arguments.earlier_map.empty()) tell_places(*checkpoints, mapper, *dataset, *tracker);
     MappingRun run{*dataset, range, predictor.get(), mapper, checkpoints.get(), pose_updates, [&](std::size_t done) {
                      progress.advance(done);
                      tell_warnings(predictor.get());

@@ -6,12 +6,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <vector>
 
 #include "apps/panoptic/commands.h"
+#include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
 #include "panoptic/io/recording_list.h"
 #include "panoptic/mapping/visits.h"
+#include "panoptic/simulation.h"
 
 namespace panoptic {
 namespace {
@@ -36,6 +39,16 @@ ListedRecording next_visit(const Arguments& arguments) {
           .world_from_recording = Pose::Identity()};
 }
 
+bool has_no_poses(const Arguments& arguments) {
+  if (arguments.dataset.starts_with("sim:")) return false;
+  try {
+    open_dataset(arguments.dataset, arguments.calibration, arguments.pair_tolerance_s);
+  } catch (const NoPoses&) {
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Arguments with_earlier_visits(const Arguments& arguments) {
@@ -46,10 +59,11 @@ Arguments with_earlier_visits(const Arguments& arguments) {
   if (is_there(arguments.map) && !arguments.resume) {
     throw Error(fmt::format("{} is there already: go on with it (--resume), choose another name or remove it", arguments.map));
   }
+  const bool is_found_out = !arguments.track && !arguments.resume && has_no_poses(arguments);
   const std::string list = arguments.map + ".visits.toml";
-  const std::string text = "# The visits that a map was made of; the last one was added to " +
-                           absolute_recording(arguments.earlier_map) + "\n" +
-                           to_toml(with_next_visit(arguments.earlier_map, next_visit(arguments)));
+  const std::string text =
+      "# The visits that a map was made of; the last one was added to " + absolute_recording(arguments.earlier_map) + "\n" +
+      to_toml(with_next_visit(arguments.earlier_map, next_visit(arguments), arguments.track || is_found_out));
   const bool is_written = is_there(list);
   if (is_written && read_file(list) != text) {
     throw Error(
@@ -62,7 +76,9 @@ Arguments with_earlier_visits(const Arguments& arguments) {
         fmt::format("{} is gone, and with it which recordings {} is of; choose another name for the map", list, arguments.map));
   }
   if (!is_written) write_file(list, text);
+  if (is_found_out) fmt::print("poses     none: the camera is looked for in {}\n", arguments.earlier_map);
   Arguments all = arguments;
+  all.track = arguments.track || is_found_out;
   all.dataset = list;
   all.calibration.clear();
   all.pair_tolerance_s.reset();
@@ -89,6 +105,34 @@ EarlierFrames earlier_frames(const Arguments& arguments, const RunSummary& summa
     frames.last_s = records[i].time_s;
   }
   return frames;
+}
+
+void tell_places(const Checkpoints& checkpoints, const Mapper& mapper, const Dataset& dataset, RunTracker& tracker) {
+  const RememberedPlaces places = remember_visits(mapper, checkpoints.resumed_frames(), dataset, tracker);
+  fmt::print("places    {} keyframes of the earlier visits, at which the camera is looked for\n", places.frames);
+  std::fflush(stdout);
+  if (places.unreadable == 0) return;
+  tell(
+      fmt::format("note: {} further frames of the earlier visits cannot be read again ({})\n", places.unreadable, places.reason));
+}
+
+void tell_found(const std::string& map, const TrackingReport& tracking) {
+  std::size_t lost = 0;
+  for (const TrackingSpan& span : tracking.spans) {
+    if (span.state != TrackingState::kLost) {
+      fmt::print("found     in {} by frame {}, after {} frames that are not in the map\n", map, span.first_frame, lost);
+      return;
+    }
+    lost += span.frames;
+  }
+}
+
+Error never_found(const Arguments& arguments, const TrackingReport& tracking) {
+  const std::string reason = tracking.spans.empty() ? "no frame could be read" : tracking.spans.front().reason;
+  return Error(fmt::format(
+      "{}: the camera of its last recording was not found in {}, {} frames are lost ({}), and {} holds the earlier map "
+      "alone; begin where the earlier recordings looked",
+      arguments.dataset, arguments.earlier_map, tracking.lost, reason, arguments.output));
 }
 
 void tell_changes(const std::string& map, const EarlierFrames& earlier) {

@@ -9,13 +9,17 @@
 #include <string>
 
 #include "apps/panoptic/arguments.h"
+#include "panoptic/error.h"
 #include "panoptic/mapping/checkpoint.h"
+#include "panoptic/mapping/run_tracker.h"
 #include "panoptic/run_outputs.h"
+#include "panoptic/source.h"
+#include "panoptic/tracked_run.h"
 
 namespace panoptic {
 
-// The arguments of a run of all visits, the earlier map's and the one that the arguments name. Writes their list beside the map
-// file. Throws Error.
+// The arguments of a run of all visits, the earlier map's and the one that the arguments name, whose camera is tracked if it has
+// no poses. Writes their list beside the map file. Throws Error.
 Arguments with_earlier_visits(const Arguments& arguments);
 
 // The map that the run begins with; nothing without --in.
@@ -28,6 +32,12 @@ struct EarlierFrames {
   double last_s = 0;  // time of the last one
 };
 EarlierFrames earlier_frames(const Arguments& arguments, const RunSummary& summary, const Checkpoints* checkpoints);
+
+// Where the camera is tracked: makes the places of the earlier visits known to the tracker and tells so, tells when the camera
+// was found there, and what to say if it never was. Throws Error.
+void tell_places(const Checkpoints& checkpoints, const Mapper& mapper, const Dataset& dataset, RunTracker& tracker);
+void tell_found(const std::string& map, const TrackingReport& tracking);
+Error never_found(const Arguments& arguments, const TrackingReport& tracking);
 
 // Prints where to ask what has changed since then.
 void tell_changes(const std::string& map, const EarlierFrames& earlier);

@@ -60,6 +60,9 @@ struct CameraTrackerOptions {
   std::optional<Pose> start;
 };
 
+// The poses of a path at which a tracker that follows it makes keyframes, as far as poses alone tell: positions, ascending.
+std::vector<std::size_t> keyframes_along(const std::vector<Pose>& path);
+
 // One thread at a time; it works on several itself, and its poses are the same for any number of them (on one machine: Ceres and
 // OpenCV may differ between CPUs). Its memory grows with the number of keyframes and a pose for each frame.
 class CameraTracker {
@@ -71,6 +74,11 @@ class CameraTracker {
   CameraTracker& operator=(CameraTracker&&) noexcept;
   CameraTracker(const CameraTracker&) = delete;
   CameraTracker& operator=(const CameraTracker&) = delete;
+
+  // A frame of an earlier visit of the place, with its pose in the world of the map, by which the place may be recognised. The
+  // camera is lost then until it is found at such a place, and the poses of these frames stay as they are. keyframes_along says
+  // which frames are worth it. REQUIRES that `check` takes the frame, and that none was tracked before.
+  void remember(const Frame& frame);
 
   // The pose of the next frame (its own is not looked at) in the map of all frames before it. A frame that `check` refuses is
   // lost, with that reason.
@@ -85,7 +93,7 @@ class CameraTracker {
 
   std::vector<FramePose> trajectory() const;
   const std::vector<Loop>& loops() const;
-  std::size_t keyframes() const;
+  std::size_t keyframes() const;  // those that were remembered included
 
  private:
   class Parts;

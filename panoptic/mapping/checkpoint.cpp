@@ -71,16 +71,18 @@ void require_resumable(const std::filesystem::path& path, const SavedMap& saved,
                     "recording anew, into another file",
                     path.string(), older, kMapFormat));
   }
-  if (identity.tracked || !note_or_empty(saved, run_note::kTracked).empty()) {
-    throw Error(
-        fmt::format("{}: a run that tracked the camera cannot be resumed, for the file does not hold the tracker's memory; "
-                    "choose another file",
-                    path.string()));
-  }
   if (identity.online || !note_or_empty(saved, run_note::kOnline).empty()) {
     throw Error(fmt::format("{}: an online run cannot be resumed, for what it dropped depends on the moment; choose another file",
                             path.string()));
   }
+}
+
+void require_posed(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity) {
+  if (!identity.tracked && note_or_empty(saved, run_note::kTracked).empty()) return;
+  throw Error(
+      fmt::format("{}: a run that tracked the camera cannot be resumed, for the file does not hold the tracker's memory; "
+                  "choose another file",
+                  path.string()));
 }
 
 void require_same_run(const std::filesystem::path& path, const SavedMap& saved, const RunIdentity& identity,
@@ -193,6 +195,7 @@ void Checkpoints::resume(const RunIdentity& identity, Mapper& mapper) {
   MapLock lock(settings_.path);
   SavedMap saved = load_map(settings_.path, identity.options.map);
   require_resumable(settings_.path, saved, identity);
+  require_posed(settings_.path, saved, identity);
   require_same_run(settings_.path, saved, identity, mapper.map().labels);
   MapperState state = load_state(settings_.path, saved);
   was_complete_ = is_complete(saved);

@@ -54,6 +54,7 @@ MappedRecording mapped_recording(const std::filesystem::path& map) {
   const std::string range = note_or_empty(saved, run_note::kFrames);
   mapped.is_part = !range.empty();
   mapped.complete = is_complete(saved);
+  mapped.is_tracked = !note_or_empty(saved, run_note::kTracked).empty();
   if (mapped.is_part) mapped.range = parse_frame_range(range);
   if (mapped.recording.empty()) throw Error(fmt::format("{} does not say of which recording it was made", map.string()));
   const std::string tolerance = note_or_empty(saved, run_note::kPairTolerance);

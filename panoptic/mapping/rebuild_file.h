@@ -22,6 +22,7 @@ struct MappedRecording {
   std::optional<double> pair_tolerance_s;
   FrameRange range;      // of its positions, which the run read
   bool is_part = false;  // that range was asked for
+  bool is_tracked = false;
   bool complete = true;  // the run came to its end
 };
 // Throws Error: no sound map, or one that was not made by a run.

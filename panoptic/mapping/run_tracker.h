@@ -18,6 +18,9 @@ class RunTracker {
  public:
   explicit RunTracker(const CameraTrackerOptions& options) : tracker_(options) {}
 
+  // A frame of an earlier visit, with its pose (CameraTracker::remember).
+  void remember(const Frame& frame) { tracker_.remember(frame); }
+
   // Sets the pose of the next frame. Refused where the camera is lost: the frame must not be mapped. `given`: the pose that the
   // recording gives, for the report alone.
   Outcome locate(Frame& frame, const VoxelMap& map, const std::optional<Pose>& given);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "panoptic/io/recording_list.h"
 #include "panoptic/simulation.h"
 #include "panoptic/source.h"
 
@@ -18,6 +19,11 @@ namespace panoptic {
 // then.
 inline std::unique_ptr<Dataset> open_again(const std::string& recording, const std::filesystem::path& calibration,
                                            std::optional<double> pair_tolerance_s) {
+  if (is_recording_list(recording)) {
+    return open_recording_list(recording, calibration, pair_tolerance_s, [](const ListedRecording& r) {
+      return open_again(r.recording, r.calibration, r.pair_tolerance_s);
+    });
+  }
   try {
     return open_dataset(recording, calibration, pair_tolerance_s);
   } catch (const NoPoses&) {

@@ -38,6 +38,11 @@ Pose level_start() {
   return pose;
 }
 
+bool is_far_enough(const Pose& keyframe, const Pose& pose) {
+  const PoseDifference d = difference(keyframe, pose);
+  return d.distance_m > kKeyframeDistance_m || d.angle_rad > kKeyframeAngle_rad;
+}
+
 Pose between(const Pose& a, const Pose& b, double share) { return a * scaled(a.inverse() * b, share); }
 
 // Whether a pose is good enough to fuse by; else the reason why not.
@@ -82,6 +87,7 @@ class CameraTracker::Parts {
     if (!is_finite(start_) || !is_rigid(start_)) throw Error("tracking begins at a pose that is no rigid motion");
   }
 
+  void remember(const Frame& frame);
   CameraPose track(const Frame& frame, const VoxelMap& map);
   void keep(const Frame& frame);
   std::optional<std::vector<FramePose>> corrected_poses();
@@ -95,6 +101,7 @@ class CameraTracker::Parts {
   CameraPose follow(const Frame& frame, const VoxelMap& map);
   CameraPose find_again(const Frame& frame, const VoxelMap& map);
   bool is_keyframe_due(const CameraPose& pose) const;
+  Keyframe keyframe_of(const Frame& frame, const Pose& pose) const;
   void add_keyframe(const Frame& frame);
   void look_for_loops(const Sighting& sighting, std::size_t keyframe);
   double way_m(std::size_t a, std::size_t b) const;
@@ -104,7 +111,8 @@ class CameraTracker::Parts {
   Pose start_;
   std::vector<TrackedFrame> frames_;
   std::vector<Keyframe> keyframes_;
-  std::size_t reference_ = 0;  // the keyframe that frames are compared with
+  std::size_t remembered_ = 0;  // the first of them, whose poses stay
+  std::size_t reference_ = 0;   // the keyframe that frames are compared with
   double compared_share_ = 1;
   std::size_t lost_ = 0;            // frames since the last one that was known
   std::vector<GreyLevel> pyramid_;  // of the frame that was tracked last,
@@ -113,6 +121,13 @@ class CameraTracker::Parts {
   std::vector<Loop> loops_;
   bool is_corrected_ = false;
 };
+
+void CameraTracker::Parts::remember(const Frame& frame) {
+  PANOPTIC_ASSERT(frames_.empty() && keyframes_.size() == remembered_);
+  pyramid_ = grey_pyramid(frame.color, frame.color_camera);
+  keyframes_.push_back(keyframe_of(frame, frame.world_from_camera));
+  ++remembered_;
+}
 
 CameraPose CameraTracker::Parts::track(const Frame& frame, const VoxelMap& map) {
   pose_ = {};
@@ -123,10 +138,10 @@ CameraPose CameraTracker::Parts::track(const Frame& frame, const VoxelMap& map) 
     return pose_;
   }
   pyramid_ = grey_pyramid(frame.color, frame.color_camera);
-  if (frames_.empty()) {
+  if (keyframes_.empty()) {
     pose_ = begin(frame);
   } else {
-    if (lost_ < kTriedAgain) pose_ = follow(frame, map);
+    if (!frames_.empty() && lost_ < kTriedAgain) pose_ = follow(frame, map);
     if (!pose_.is_known()) {
       CameraPose again = find_again(frame, map);
       if (again.is_known() || pose_.reason.empty()) pose_ = std::move(again);
@@ -204,15 +219,19 @@ void CameraTracker::Parts::keep(const Frame& frame) {
 // One that was found again is always due: it stands beside the keyframe by which it was found, not beside the last one.
 bool CameraTracker::Parts::is_keyframe_due(const CameraPose& pose) const {
   if (pose.state != TrackingState::kTracked) return true;
-  const PoseDifference d = difference(keyframes_[reference_].grey.world_from_camera, pose.world_from_camera);
-  return d.distance_m > kKeyframeDistance_m || d.angle_rad > kKeyframeAngle_rad || compared_share_ < kKeyframeCompared;
+  return compared_share_ < kKeyframeCompared ||
+         is_far_enough(keyframes_[reference_].grey.world_from_camera, pose.world_from_camera);
+}
+
+Keyframe CameraTracker::Parts::keyframe_of(const Frame& frame, const Pose& pose) const {
+  Keyframe keyframe{frame.index, grey_reference(frame, pyramid_, range_), find_features(frame, pyramid_, range_)};
+  keyframe.grey.world_from_camera = pose;
+  return keyframe;
 }
 
 void CameraTracker::Parts::add_keyframe(const Frame& frame) {
-  Keyframe keyframe{frame.index, grey_reference(frame, pyramid_, range_), find_features(frame, pyramid_, range_)};
-  keyframe.grey.world_from_camera = pose_.world_from_camera;
   const std::size_t added = keyframes_.size();
-  keyframes_.push_back(std::move(keyframe));
+  keyframes_.push_back(keyframe_of(frame, pose_.world_from_camera));
   if (added > 0) {
     edges_.push_back({reference_, added, keyframes_[reference_].grey.world_from_camera.inverse() * pose_.world_from_camera});
   }
@@ -259,7 +278,7 @@ void CameraTracker::Parts::look_for_loops(const Sighting& sighting, std::size_t 
 void CameraTracker::Parts::correct() {
   std::vector<Pose> before;
   for (const Keyframe& keyframe : keyframes_) before.push_back(keyframe.grey.world_from_camera);
-  const std::vector<Pose> after = optimized(before, edges_);
+  const std::vector<Pose> after = optimized(before, edges_, std::max<std::size_t>(remembered_, 1));
   for (std::size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].grey.world_from_camera = after[k];
   const auto corrected = [&](std::size_t k, const Pose& pose) { return after[k] * (before[k].inverse() * pose); };
   std::size_t begin = 0;
@@ -289,10 +308,19 @@ std::optional<std::vector<FramePose>> CameraTracker::Parts::corrected_poses() {
   return trajectory();
 }
 
+std::vector<std::size_t> keyframes_along(const std::vector<Pose>& path) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (places.empty() || is_far_enough(path[places.back()], path[i])) places.push_back(i);
+  }
+  return places;
+}
+
 CameraTracker::CameraTracker(const CameraTrackerOptions& options) : parts_(std::make_unique<Parts>(options)) {}
 CameraTracker::~CameraTracker() = default;
 CameraTracker::CameraTracker(CameraTracker&&) noexcept = default;
 CameraTracker& CameraTracker::operator=(CameraTracker&&) noexcept = default;
+void CameraTracker::remember(const Frame& frame) { parts_->remember(frame); }
 CameraPose CameraTracker::track(const Frame& frame, const VoxelMap& map) { return parts_->track(frame, map); }
 void CameraTracker::keep(const Frame& frame) { parts_->keep(frame); }
 std::optional<std::vector<FramePose>> CameraTracker::corrected_poses() { return parts_->corrected_poses(); }

@@ -4,6 +4,8 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
+
 namespace panoptic {
 namespace {
 
@@ -35,7 +37,7 @@ struct EdgeError {
 
 }  // namespace
 
-std::vector<Pose> optimized(std::vector<Pose> poses, const std::vector<PoseEdge>& edges) {
+std::vector<Pose> optimized(std::vector<Pose> poses, const std::vector<PoseEdge>& edges, std::size_t fixed) {
   if (poses.size() < 2 || edges.empty()) return poses;
   std::vector<Node> nodes;
   for (const Pose& pose : poses) nodes.push_back({Eigen::Quaterniond(pose.linear()), pose.translation()});
@@ -51,8 +53,10 @@ std::vector<Pose> optimized(std::vector<Pose> poses, const std::vector<PoseEdge>
                              edge.may_be_wrong ? new ceres::CauchyLoss(3) : nullptr, a.rotation.coeffs().data(),
                              a.position.data(), b.rotation.coeffs().data(), b.position.data());
   }
-  problem.SetParameterBlockConstant(nodes.front().rotation.coeffs().data());
-  problem.SetParameterBlockConstant(nodes.front().position.data());
+  for (std::size_t i = 0; i < std::min(fixed, nodes.size()); ++i) {
+    problem.SetParameterBlockConstant(nodes[i].rotation.coeffs().data());
+    problem.SetParameterBlockConstant(nodes[i].position.data());
+  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.num_threads = 1;
@@ -61,7 +65,7 @@ std::vector<Pose> optimized(std::vector<Pose> poses, const std::vector<PoseEdge>
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   if (!summary.IsSolutionUsable()) return poses;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
+  for (std::size_t i = fixed; i < poses.size(); ++i) {
     poses[i].linear() = nodes[i].rotation.normalized().toRotationMatrix();
     poses[i].translation() = nodes[i].position;
   }

@@ -21,8 +21,8 @@ struct PoseEdge {
   bool may_be_wrong = false;  // then it counts less the worse it fits
 };
 
-// The poses that fit the edges best; the first stays. One thread, so the same each time on one machine. REQUIRES edges between
-// poses of the list.
-std::vector<Pose> optimized(std::vector<Pose> poses, const std::vector<PoseEdge>& edges);
+// The poses that fit the edges best; the first `fixed` ones stay. One thread, so the same each time on one machine. REQUIRES
+// edges between poses of the list.
+std::vector<Pose> optimized(std::vector<Pose> poses, const std::vector<PoseEdge>& edges, std::size_t fixed = 1);
 
 }  // namespace panoptic

@@ -10,53 +10,32 @@
 #include "panoptic/base/image_io.h"
 #include "tests/apps/program.h"
 #include "tests/apps/run_fixture.h"
-#include "tests/fresh_folder.h"
-#include "tests/tracking/painted_room.h"
+#include "tests/apps/tracked_room.h"
 
 namespace panoptic {
 namespace {
 
 using test::expect_one_line;
-using test::fresh_folder;
 using test::ProgramResult;
 using test::run_program;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-constexpr int kWayRound = 150;
+using test::kWayRound;
+
 constexpr int kFrames = 12;
 
-class Track : public testing::Test {
+class Track : public test::TrackedRoom {
  protected:
-  Track() : folder_(fresh_folder("track")), recording_(folder_ / "room") {
-    fs::create_directories(recording_);
-    write_file(recording_ / "camera-intrinsics.txt", "260 0 159.5\n0 260 119.5\n0 0 1\n");
-    for (int n = 0; n < kFrames; ++n) write_frame(n);
-  }
+  Track() : recording_(recording("room", 0, kFrames)) {}
 
-  void write_frame(int n) const {
-    const Frame frame = test::room_frame(n, kWayRound);
-    Image<std::uint16_t> depth(frame.depth.width(), frame.depth.height());
-    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = static_cast<std::uint16_t>(1000 * frame.depth[i] + 0.5F);
-    const std::string name = fmt::format("frame-{:06}", n);
-    write_png(recording_ / (name + ".color.png"), frame.color.copied());
-    write_png(recording_ / (name + ".depth.png"), depth);
-  }
   void write_pose(int n) const {
     const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = test::room_pose(n, kWayRound).matrix();
     write_file(recording_ / fmt::format("frame-{:06}.pose.txt", n), fmt::format("{}\n", fmt::join(m.data(), m.data() + 16, " ")));
   }
-  ProgramResult run(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all{"run",   recording_.string(),    "-o", out_.string(), "--no-pictures",
-                                 "--set", "map.voxel_size_m=0.03"};
-    all.insert(all.end(), more.begin(), more.end());
-    return run_program(all);
-  }
-  Json report() const { return Json::parse(read_file(out_ / "report.json")); }
+  ProgramResult run(const std::vector<std::string>& more = {}) const { return run_over(recording_, more); }
 
-  const fs::path folder_;
   const fs::path recording_;
-  const fs::path out_ = folder_ / "out";
 };
 
 TEST_F(Track, ARecordingWithoutPosesIsTracked) {

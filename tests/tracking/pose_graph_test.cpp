@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -72,6 +73,16 @@ TEST_F(PoseGraph, AWrongLoopAmongRightOnesCountsLittle) {
   edges_.push_back({15, 3, Pose::Identity()});  // three metres off
   edges_.back().may_be_wrong = true;
   EXPECT_LT(farthest_off_m(optimized(drifted_, edges_)), right_m + 0.1);
+}
+
+TEST_F(PoseGraph, FixedPosesStayAndTheOthersFollowThem) {
+  constexpr std::size_t kFixed = 10;
+  std::vector<Pose> poses = drifted_;
+  std::copy_n(truth_.begin(), kFixed, poses.begin());
+  edges_.push_back({29, 0, truth_[29].inverse() * truth_[0]});
+  const std::vector<Pose> corrected = optimized(poses, edges_, kFixed);
+  for (std::size_t i = 0; i < kFixed; ++i) EXPECT_EQ(corrected[i].matrix(), truth_[i].matrix());
+  EXPECT_LT(difference(corrected.back(), truth_.back()).distance_m, 0.03);
 }
 
 }  // namespace
