@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kLeastReadings = 400;   // of about 19,000 that are compared
 constexpr double kLeastSurfaceShare = 0.1;    // of these near surface of the map
 constexpr double kLeastAgreeingShare = 0.45;  // of those on it
+constexpr double kSureAgreeingShare = 0.8;    // below: the camera may have been carried to where the map is alike
+constexpr double kSurerBy = 0.1;              // a place that fits better by this share is believed in its stead
 constexpr std::size_t kFewGreyPoints = 100;
 constexpr double kLeastCorrelation = 0.4;
 // A new keyframe every so far, so that its neighbours still show most of what it shows.
@@ -100,6 +102,7 @@ class CameraTracker::Parts {
   CameraPose begin(const Frame& frame) const;
   CameraPose follow(const Frame& frame, const VoxelMap& map);
   CameraPose find_again(const Frame& frame, const VoxelMap& map);
+  void look_elsewhere(const Frame& frame, const VoxelMap& map);
   bool is_keyframe_due(const CameraPose& pose) const;
   Keyframe keyframe_of(const Frame& frame, const Pose& pose) const;
   void add_keyframe(const Frame& frame);
@@ -145,6 +148,8 @@ CameraPose CameraTracker::Parts::track(const Frame& frame, const VoxelMap& map) 
     if (!pose_.is_known()) {
       CameraPose again = find_again(frame, map);
       if (again.is_known() || pose_.reason.empty()) pose_ = std::move(again);
+    } else if (pose_.state == TrackingState::kTracked && pose_.quality < kSureAgreeingShare) {
+      look_elsewhere(frame, map);
     }
   }
   lost_ = pose_.is_known() ? 0 : lost_ + 1;
@@ -204,6 +209,21 @@ CameraPose CameraTracker::Parts::find_again(const Frame& frame, const VoxelMap& 
     return {TrackingState::kFoundAgain, alignment.world_from_camera, "", alignment.agreeing_share, alignment.covariance};
   }
   return pose;
+}
+
+// A frame that fits the map badly where the camera should be is looked for where it may have been carried to.
+void CameraTracker::Parts::look_elsewhere(const Frame& frame, const VoxelMap& map) {
+  const std::size_t reference = reference_;
+  const double compared = compared_share_;
+  CameraPose elsewhere = find_again(frame, map);
+  const PoseDifference off = difference(pose_.world_from_camera, elsewhere.world_from_camera);
+  const bool is_elsewhere = off.distance_m > kDrift_m || off.angle_rad > kDrift_rad;
+  if (elsewhere.is_known() && is_elsewhere && elsewhere.quality > pose_.quality + kSurerBy) {
+    pose_ = std::move(elsewhere);
+    return;
+  }
+  reference_ = reference;
+  compared_share_ = compared;
 }
 
 // The frame joins the others before loops are looked for: they may move it, too.
