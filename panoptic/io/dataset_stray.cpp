@@ -47,10 +47,13 @@ class Columns {
     for (std::string& name : names_) name = lower_case(name);
   }
 
-  // How many words a row needs.
-  std::size_t needed() const { return 1 + std::max(place("qw").value_or(0), place("cy").value_or(0)); }
+  // How many words a row needs: up to the last column that is read, in whatever order they are.
+  std::size_t needed() const {
+    std::size_t last = 0;
+    for (const char* name : kRead) last = std::max(last, place(name).value_or(0));
+    return last + 1;
+  }
   bool has_pose() const {
-    constexpr std::array kPose = {"x", "y", "z", "qx", "qy", "qz", "qw"};
     return std::all_of(kPose.begin(), kPose.end(), [&](const char* name) { return place(name).has_value(); });
   }
   // The numbers of these columns; none if one of them is not there.
@@ -65,6 +68,9 @@ class Columns {
   }
 
  private:
+  static constexpr std::array kPose = {"x", "y", "z", "qx", "qy", "qz", "qw"};
+  static constexpr std::array kRead = {"timestamp", "frame", "x", "y", "z", "qx", "qy", "qz", "qw", "fx", "fy", "cx", "cy"};
+
   std::optional<std::size_t> place(std::string_view name) const {
     const auto found = std::find(names_.begin(), names_.end(), name);
     return found == names_.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - names_.begin()));

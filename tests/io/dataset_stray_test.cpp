@@ -148,6 +148,8 @@ TEST(StrayScanner, SaysWhatIsWrongWithItsTables) {
   write_stray(root);
   write_text(root / "odometry.csv", "timestamp, frame, x, y, z, qx, qy, qz, qw\n1, 0, 0, 0, 0, 1, 0, 0, 0\n2, 1, 0, 0\n");
   EXPECT_THAT(error_of(root), HasSubstr("odometry.csv:3: 4 words, expected 9; is the line cut off? Take it out"));
+  write_text(root / "odometry.csv", "qw, qx, qy, qz, x, y, z, frame, timestamp\n1, 0, 0, 0, 0, 0, 0\n");
+  EXPECT_THAT(error_of(root), HasSubstr("odometry.csv:2: 7 words, expected 9"));
   write_text(root / "odometry.csv", "timestamp, frame, x, y\n1, 0, 0, 0\n");
   EXPECT_THAT(error_of(root), HasSubstr("odometry.csv:1: expected a heading with x, y, z, qx, qy, qz, qw"));
   write_text(root / "odometry.csv",
