@@ -44,6 +44,7 @@ int view(const Arguments& arguments) {
   watch_for_interrupt();
   const bool is_file = is_map_file(arguments.viewed);
   OpenedResult result = is_file ? open_map_result(arguments.viewed) : open_result(arguments.viewed);
+  tell_note(result.note);
   const std::size_t chunks = result.snapshot->chunks.size();
   const std::size_t objects = result.snapshot->objects.size();
   LatestSnapshot latest;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "apps/panoptic/commands.h"
-#include "apps/panoptic/progress.h"
 #include "panoptic/base/files.h"
 #include "panoptic/io/recording_list.h"
 #include "panoptic/mapping/visits.h"
@@ -108,12 +107,9 @@ EarlierFrames earlier_frames(const Arguments& arguments, const RunSummary& summa
 }
 
 void tell_places(const Checkpoints& checkpoints, const Mapper& mapper, const Dataset& dataset, RunTracker& tracker) {
-  const RememberedPlaces places = remember_visits(mapper, checkpoints.resumed_frames(), dataset, tracker);
-  fmt::print("places    {} keyframes of the earlier visits, at which the camera is looked for\n", places.frames);
+  const std::size_t places = remember_visits(mapper, checkpoints.resumed_frames(), dataset, tracker);
+  fmt::print("places    {} keyframes of the earlier visits, at which the camera is looked for\n", places);
   std::fflush(stdout);
-  if (places.unreadable == 0) return;
-  tell(
-      fmt::format("note: {} further frames of the earlier visits cannot be read again ({})\n", places.unreadable, places.reason));
 }
 
 void tell_found(const std::string& map, const TrackingReport& tracking) {

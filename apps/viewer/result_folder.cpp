@@ -153,7 +153,11 @@ OpenedResult open_result(const fs::path& folder) {
     throw Error(fmt::format("{}: {}", (folder / "mesh.ply").string(), e.what()));
   }
   snapshot->path_m = thinned(read_run_path(folder));
-  result.history = read_run_history(folder, scene.labels);
+  try {
+    result.history = read_run_history(folder, scene.labels);
+  } catch (const Error& e) {
+    result.note = fmt::format("the past is not shown: {}", e.what());
+  }
   result.snapshot = std::move(snapshot);
   return result;
 }

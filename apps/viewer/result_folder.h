@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "apps/viewer/scene_history.h"
 #include "panoptic/mapping/snapshot.h"
@@ -17,6 +18,7 @@ struct OpenedResult {
   SnapshotScene scene;                       // without confidence: a mesh does not hold it
   std::shared_ptr<const Snapshot> snapshot;  // revision 1, finished, no frame
   SceneHistory history = {};
+  std::string note = {};  // about a part that could not be read; empty otherwise
 };
 
 // Throws Error as run_files.h does, and if the files do not fit one another.

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <utility>
 
 #include "panoptic/base/files.h"
@@ -51,35 +53,35 @@ std::vector<ListedRecording> with_next_visit(const std::filesystem::path& map, L
   return visits;
 }
 
-RememberedPlaces remember_visits(const Mapper& mapper, const std::vector<FrameRecord>& records, const Dataset& dataset,
-                                 RunTracker& tracker) {
+std::size_t remember_visits(const Mapper& mapper, const std::vector<FrameRecord>& records, const Dataset& dataset,
+                            RunTracker& tracker) {
   const std::vector<FrameLog::Entry>& log = mapper.parts().log().entries();
-  if (log.empty()) {
+  const auto used = static_cast<std::size_t>(
+      std::count_if(records.begin(), records.end(), [](const FrameRecord& r) { return r.unused_because.empty(); }));
+  if (log.empty() || log.size() < used) {
     throw Error(
-        "the map has no log of its frames (map.log), by which its places are recognised: map the earlier recordings anew");
+        fmt::format("the map has a log of {} of its {} frames (map.log, map.log_limit_mb); places are recognised by them and "
+                    "corrected with them: map the earlier recordings anew",
+                    log.size(), used));
   }
   std::vector<Pose> path;
   for (const FrameLog::Entry& entry : log) path.push_back(entry.world_from_camera);
   FrameFinder finder(dataset);
   finder.note(records, {});
-  RememberedPlaces places;
-  for (const std::size_t i : keyframes_along(path)) {
+  const std::vector<std::size_t> places = keyframes_along(path);
+  for (const std::size_t i : places) {
     ReadResult read = finder.read(log[i].frame);
     if (read.frame) {
       read.frame->world_from_camera = path[i];
       if (Outcome outcome = check(*read.frame); !outcome.used) read = {std::nullopt, {log[i].frame, outcome.reason}};
     }
-    if (read.frame) {
-      tracker.remember(*read.frame);
-      ++places.frames;
-    } else {
-      if (places.unreadable++ == 0) places.reason = fmt::format("frame {}: {}", log[i].frame, read.skipped.reason);
+    if (!read.frame) {
+      throw Error(fmt::format("frame {} of the earlier visits cannot be read again ({}): put their recordings back as they were",
+                              log[i].frame, read.skipped.reason));
     }
+    tracker.remember(*read.frame);
   }
-  if (places.frames == 0) {
-    throw Error(fmt::format("no frame of the earlier visits can be read again ({}): put their recordings back", places.reason));
-  }
-  return places;
+  return places.size();
 }
 
 }  // namespace panoptic

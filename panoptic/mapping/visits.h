@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "panoptic/io/recording_list.h"
@@ -22,15 +21,10 @@ namespace panoptic {
 // camera was tracked where that of the next recording is not.
 std::vector<ListedRecording> with_next_visit(const std::filesystem::path& map, ListedRecording next, bool is_tracked);
 
-// The frames by which a tracker may recognise where it is in the map of the earlier visits.
-struct RememberedPlaces {
-  std::size_t frames = 0;
-  std::size_t unreadable = 0;  // that could not be read again
-  std::string reason;          // for which the first of them could not
-};
-// Hands such frames of the earlier visits to the tracker, with the poses that they have in the map. `records`: of all their
-// frames; `dataset`: the list of all visits. Throws Error: the map has no log of its frames, or none of them can be read.
-RememberedPlaces remember_visits(const Mapper& mapper, const std::vector<FrameRecord>& records, const Dataset& dataset,
-                                 RunTracker& tracker);
+// Hands frames of the earlier visits, by which it may recognise where it is, to the tracker, with the poses that they have in the
+// map; returns how many. `records`: of all their frames; `dataset`: the list of all visits. Throws Error: the map has no log of
+// all of them, or one of those cannot be read again.
+std::size_t remember_visits(const Mapper& mapper, const std::vector<FrameRecord>& records, const Dataset& dataset,
+                            RunTracker& tracker);
 
 }  // namespace panoptic

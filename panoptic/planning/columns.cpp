@@ -159,16 +159,29 @@ std::unordered_map<std::uint64_t, float> least_weights(const std::vector<GroundS
 
 // Drops surface that was hardly seen in comparison with the rest of its square metre: what stands there is seen about as often,
 // and from as near, as the floor around it. Sensors see things in the air at the rims of others, each time elsewhere, and crumbs
-// on the floor, which are a step too high for the agent. The floor itself, a cell above and below level 0, stays. Beside
-// well seen surface (in the next cell) all stays: rims of things are seen less than their middles. The limits are not critical:
+// on the floor, which are a step too high for the agent: floor goes only if there is other floor right below it. Beside
+// well seen obstacles (in the next cell) all stays: rims of things are seen less than their middles. The limits are not critical:
 // see docs/planning.md.
 void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
   const auto least_in = least_weights(samples);
   const auto is_well_seen = [&](const GroundSample& s) { return s.weight >= least_in.at(square_of(s)); };
   std::unordered_set<std::uint64_t> well_seen;
+  std::unordered_set<std::uint64_t> floor;
   for (const GroundSample& sample : samples) {
-    if (!sample.is_floor && is_well_seen(sample)) well_seen.insert(pack(cell_of(sample, cell_m)));
+    if (sample.is_floor) {
+      floor.insert(pack(cell_of(sample, cell_m)));
+    } else if (is_well_seen(sample)) {
+      well_seen.insert(pack(cell_of(sample, cell_m)));
+    }
   }
+  const auto lies_on_floor = [&](const Cell& cell) {
+    constexpr double kCrumb_m = 0.1;
+    const int most = static_cast<int>(kCrumb_m / cell_m);
+    for (int below = 1; below <= most; ++below) {
+      if (floor.contains(pack(Cell{cell.x, cell.y, cell.z - below}))) return true;
+    }
+    return false;
+  };
   const auto is_beside = [&](const Cell& cell) {
     for (int n = 0; n < kNeighbours; ++n) {
       if (well_seen.contains(pack(neighbour(cell, n)))) return true;
@@ -180,8 +193,8 @@ void drop_hardly_seen(std::vector<GroundSample>& samples, double cell_m) {
   stays[number(LabelSlot::kUnknown)] = true;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const GroundSample& s = samples[i];
-    const bool is_level_floor = std::abs(s.at_m.z()) <= static_cast<float>(cell_m);
-    is_noise[i] = !is_level_floor && !is_well_seen(s) && !is_beside(cell_of(s, cell_m)) ? 1 : 0;
+    const Cell cell = cell_of(s, cell_m);
+    is_noise[i] = !is_well_seen(s) && !is_beside(cell) && (!s.is_floor || lies_on_floor(cell)) ? 1 : 0;
     if (is_noise[i] == 0) stays[number(s.label)] = true;
   }
   std::size_t kept = 0;

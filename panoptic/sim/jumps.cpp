@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -32,14 +33,19 @@ constexpr double kHigher_m = 0.06;
 constexpr double kTurned_rad = 8 * kDegree;
 constexpr double kRolled_rad = 3 * kDegree;
 
+// A longer path is compared by every second pose, every third ...: they are close to one another.
+constexpr std::size_t kMostCompared = 2000;
+constexpr std::size_t kMostJumps = 100;
+
 bool is_within(const Pose& a, const Pose& b, double distance_m, double angle_rad) {
   if ((a.translation() - b.translation()).norm() >= distance_m) return false;
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() < angle_rad;
 }
 
 bool is_any_within(std::span<const Pose> poses, const Pose& pose, double distance_m, double angle_rad) {
-  for (const Pose& other : poses) {
-    if (is_within(other, pose, distance_m, angle_rad)) return true;
+  const std::size_t step = 1 + poses.size() / kMostCompared;
+  for (std::size_t i = 0; i < poses.size(); i += step) {
+    if (is_within(poses[i], pose, distance_m, angle_rad)) return true;
   }
   return false;
 }
@@ -86,7 +92,8 @@ struct Choices {
 
 Choices choices_of(const std::vector<Pose>& path, std::size_t places, const Pose& offset, std::span<const Pose> before) {
   Choices choices;
-  for (std::size_t i = 0; i < places; ++i) {
+  const std::size_t step = 1 + places / kMostCompared;
+  for (std::size_t i = 0; i < places; i += step) {
     const Pose there = put_beside(path[i], offset);
     if (is_within(there, before.back(), kElsewhere_m, kElsewhere_rad)) continue;
     choices.elsewhere.push_back(i);
@@ -115,7 +122,7 @@ Json rows_of(const Pose& pose) {
 }  // namespace
 
 JumpingPath with_jumps(const std::vector<Pose>& path, int jumps, std::uint64_t seed) {
-  const std::size_t most = path.size() / kFramesForAJump;
+  const std::size_t most = std::min(kMostJumps, path.size() / kFramesForAJump);
   if (jumps < 0 || static_cast<std::size_t>(jumps) > most) {
     throw Error(fmt::format("jumps = {} do not fit {} frames: one takes {} frames; ask for 0 to {}, or for more frames", jumps,
                             path.size(), kFramesForAJump, most));

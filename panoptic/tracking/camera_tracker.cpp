@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kLeastReadings = 400;   // of about 19,000 that are compared
 constexpr double kLeastSurfaceShare = 0.1;    // of these near surface of the map
 constexpr double kLeastAgreeingShare = 0.45;  // of those on it
-constexpr double kSureAgreeingShare = 0.8;    // below: the camera may have been carried to where the map is alike
-constexpr double kSurerBy = 0.1;              // a place that fits better by this share is believed in its stead
+constexpr double kSureAgreeingShare = 0.8;    // below, and less by kLess than before: the camera may have been carried off
+constexpr double kLess = 0.1;                 // also by how much a place must fit better to be believed in its stead
 constexpr std::size_t kFewGreyPoints = 100;
 constexpr double kLeastCorrelation = 0.4;
 // A new keyframe every so far, so that its neighbours still show most of what it shows.
@@ -102,6 +102,7 @@ class CameraTracker::Parts {
   CameraPose begin(const Frame& frame) const;
   CameraPose follow(const Frame& frame, const VoxelMap& map);
   CameraPose find_again(const Frame& frame, const VoxelMap& map);
+  bool is_doubtful() const;
   void look_elsewhere(const Frame& frame, const VoxelMap& map);
   bool is_keyframe_due(const CameraPose& pose) const;
   Keyframe keyframe_of(const Frame& frame, const Pose& pose) const;
@@ -117,6 +118,8 @@ class CameraTracker::Parts {
   std::size_t remembered_ = 0;  // the first of them, whose poses stay
   std::size_t reference_ = 0;   // the keyframe that frames are compared with
   double compared_share_ = 1;
+  double surface_share_ = 0;        // Alignment::surface_share of the last pose
+  double usual_quality_ = 0;        // of the last frame that was not doubtful
   std::size_t lost_ = 0;            // frames since the last one that was known
   std::vector<GreyLevel> pyramid_;  // of the frame that was tracked last,
   CameraPose pose_;                 // and its pose
@@ -148,10 +151,11 @@ CameraPose CameraTracker::Parts::track(const Frame& frame, const VoxelMap& map) 
     if (!pose_.is_known()) {
       CameraPose again = find_again(frame, map);
       if (again.is_known() || pose_.reason.empty()) pose_ = std::move(again);
-    } else if (pose_.state == TrackingState::kTracked && pose_.quality < kSureAgreeingShare) {
+    } else if (is_doubtful()) {
       look_elsewhere(frame, map);
     }
   }
+  if (pose_.is_known() && !is_doubtful()) usual_quality_ = pose_.quality;
   lost_ = pose_.is_known() ? 0 : lost_ + 1;
   return pose_;
 }
@@ -187,6 +191,7 @@ CameraPose CameraTracker::Parts::follow(const Frame& frame, const VoxelMap& map)
     pose.reason = trouble(alignment);
     if (!pose.reason.empty()) continue;
     compared_share_ = alignment.grey_share;
+    surface_share_ = alignment.surface_share;
     return {TrackingState::kTracked, alignment.world_from_camera, "", alignment.agreeing_share, alignment.covariance};
   }
   return pose;
@@ -206,24 +211,34 @@ CameraPose CameraTracker::Parts::find_again(const Frame& frame, const VoxelMap& 
     }
     reference_ = found.keyframe;
     compared_share_ = 1;
+    surface_share_ = alignment.surface_share;
     return {TrackingState::kFoundAgain, alignment.world_from_camera, "", alignment.agreeing_share, alignment.covariance};
   }
   return pose;
 }
 
-// A frame that fits the map badly where the camera should be is looked for where it may have been carried to.
+// The camera was followed to a place that fits all at once much worse than the ones before. Where the map has drifted frames fit
+// worse little by little: that is for loops.
+bool CameraTracker::Parts::is_doubtful() const {
+  return pose_.state == TrackingState::kTracked && pose_.quality < std::min(kSureAgreeingShare, usual_quality_ - kLess);
+}
+
+// Looks for a frame that fits the map badly where it may have been carried to. A place at the rim of the map, of which less is in
+// view, does not fit better.
 void CameraTracker::Parts::look_elsewhere(const Frame& frame, const VoxelMap& map) {
   const std::size_t reference = reference_;
   const double compared = compared_share_;
+  const double surface = surface_share_;
   CameraPose elsewhere = find_again(frame, map);
   const PoseDifference off = difference(pose_.world_from_camera, elsewhere.world_from_camera);
   const bool is_elsewhere = off.distance_m > kDrift_m || off.angle_rad > kDrift_rad;
-  if (elsewhere.is_known() && is_elsewhere && elsewhere.quality > pose_.quality + kSurerBy) {
+  if (elsewhere.is_known() && is_elsewhere && elsewhere.quality > pose_.quality + kLess && surface_share_ >= surface) {
     pose_ = std::move(elsewhere);
     return;
   }
   reference_ = reference;
   compared_share_ = compared;
+  surface_share_ = surface;
 }
 
 // The frame joins the others before loops are looked for: they may move it, too.
@@ -260,10 +275,10 @@ void CameraTracker::Parts::add_keyframe(const Frame& frame) {
   look_for_loops({frame, pyramid_, keyframes_[added].features, range_}, added);
 }
 
-// How far the camera went from one keyframe to another.
+// How far the camera went from one keyframe to another; the ones that were remembered are where they are.
 double CameraTracker::Parts::way_m(std::size_t a, std::size_t b) const {
   double way = 0;
-  for (std::size_t k = a; k < b; ++k) {
+  for (std::size_t k = std::max(a, remembered_); k < b; ++k) {
     way += difference(keyframes_[k].grey.world_from_camera, keyframes_[k + 1].grey.world_from_camera).distance_m;
   }
   return way;

@@ -120,6 +120,13 @@ TEST_F(ResultFolder, ItsTrajectoryIsThePathOfTheCamera) {
   EXPECT_EQ(path[1], Vec3f(3, 0, 0));
 }
 
+TEST_F(ResultFolder, IsShownWithoutItsPastIfThatCannotBeRead) {
+  write_file(folder_ / "moving.json", "{");
+  const OpenedResult result = open_result(folder_);
+  EXPECT_THAT(result.note, AllOf(HasSubstr("the past is not shown"), HasSubstr("moving.json")));
+  EXPECT_FALSE(result.snapshot->chunks.empty());
+}
+
 TEST_F(ResultFolder, OtherFoldersAreRefusedInOneLine) {
   EXPECT_THAT(error_of([&] { (void)open_result(folder_ / "absent"); }), AllOf(HasSubstr("absent"), HasSubstr("panoptic run")));
   fs::remove(folder_ / "mesh.ply");

@@ -84,7 +84,7 @@ export class LookBack {
     const class_of = ({ class_id }) => this.#labels.class_named(class_id);
     this.#tags.marks = [
       ...moving.map(({ track, box }) => ({ ...box, name: track.class_id === 0 ? 'something moves' : class_of(track).name, color: class_of(track).color, kind: 'moving' })),
-      ...ghosts.map((object) => ({ ...object, name: ghost_text(class_of(object).name, object), kind: 'ghost' })),
+      ...ghosts.map((object) => ({ ...object, name: ghost_text(class_of(object).name, object, this.#past.start_s), kind: 'ghost' })),
     ];
   }
 

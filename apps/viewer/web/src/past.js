@@ -103,10 +103,21 @@ export class Past {
     return this.there_at(time_s).filter((object) => object.gone_s !== null);
   }
 
-  // Objects that were there by that time and are elsewhere now: [{from, to}].
+  // Objects that were there by that time and are elsewhere now: [{from, to}]. One that is gone from where it was moved to is nowhere.
   moves(time_s) {
-    return this.objects.filter((object) => object.moved_to !== null && object.first_s <= time_s && this.#by_id.has(object.moved_to))
-      .map((from) => ({ from, to: this.#by_id.get(from.moved_to) }));
+    return this.objects.filter((object) => object.moved_to !== null && object.first_s <= time_s)
+      .map((from) => ({ from, to: this.#last_place(from) })).filter(({ to }) => to !== null);
+  }
+
+  // The object as which one is in the map now; null if there is none.
+  #last_place(object) {
+    const met = new Set();
+    let last = object;
+    while (last && last.moved_to !== null && !met.has(last.id)) {
+      met.add(last.id);
+      last = this.#by_id.get(last.moved_to);
+    }
+    return last && last.gone_s === null ? last : null;
   }
 
   // Whoever moves at that time: [{track, box}].

@@ -4,14 +4,17 @@
 // A look back in time in words.
 import { duration_text } from './timeline.js';
 
-// "7.4 s", "31 s", "2:05".
-export function moment_text(time_s) {
-  return time_s < 60 ? `${Number(time_s.toFixed(1))} s` : duration_text(time_s);
+const kLongest_s = 24 * 3600;  // later stamps count from somewhere else than the beginning of the recording
+
+// "7.4 s", "31 s", "2:05"; of a recording with the stamps of a clock "+31 s", from its beginning on.
+export function moment_text(time_s, start_s = 0) {
+  const [sign, shown_s] = start_s > kLongest_s ? ['+', time_s - start_s] : ['', time_s];
+  return sign + (shown_s < 60 ? `${Number(shown_s.toFixed(1))} s` : duration_text(shown_s));
 }
 
 // "chair, gone at 31 s"
-export function ghost_text(class_name, { gone_s, moved_to }) {
-  return `${class_name}, ${moved_to === null ? 'gone' : 'moved'} at ${moment_text(gone_s)}`;
+export function ghost_text(class_name, { gone_s, moved_to }, start_s = 0) {
+  return `${class_name}, ${moved_to === null ? 'gone' : 'moved'} at ${moment_text(gone_s, start_s)}`;
 }
 
 const counted = (count, one, many = `${one}s`) => (count === 0 ? [] : [`${count.toLocaleString('en')} ${count === 1 ? one : many}`]);

@@ -70,7 +70,8 @@ export class TimeSlider {
     this.time_s = time_s === null || time_s >= end_s ? null : Math.max(start_s, time_s);
     if (this.time_s === null) this.playing = false;
     this.#slider.value = this.time_s === null ? kSteps : Math.min(kSteps - 1, Math.round(kSteps * (this.time_s - start_s) / this.#duration_s));
-    set_text(this.#clock, this.time_s === null ? 'now' : moment_text(this.time_s));
+    set_text(this.#clock, this.time_s === null ? 'now' : moment_text(this.time_s, start_s));
+    this.#clock.title = this.time_s === null ? '' : `query --when ${this.time_s.toFixed(2)}`;
     this.#root.classList.toggle('earlier', this.time_s !== null);
     this.#show_button();
     this.#on_time(this.time_s);

@@ -66,8 +66,15 @@ test('Past: an answer that is not as documented is refused', () => {
   }
 });
 
+test('Past: an arrow follows a thing that was moved twice, and none leads to where it is gone from', () => {
+  const moved = (last_gone_s) => new Past(message({ objects: [object(1, 0, 5, { moved_to: 2 }), object(2, 4, 9, { moved_to: 3, moved_from: 1 }), object(3, 8, last_gone_s, { moved_from: 2 })] }));
+  assert.deepEqual(moved(null).moves(6).map(({ from, to }) => [from.id, to.id]), [[1, 3], [2, 3]]);
+  assert.deepEqual(moved(10).moves(6), []);
+});
+
 test('Past: in words', () => {
   assert.deepEqual([0, 7.44, 31, 125].map(moment_text), ['0 s', '7.4 s', '31 s', '2:05']);
+  assert.equal(moment_text(1305031102.2, 1305031071.2), '+31 s');
   assert.equal(ghost_text('chair', object(1, 0, 31)), 'chair, gone at 31 s');
   assert.equal(ghost_text('chair', object(1, 0, 7.25, { moved_to: 3 })), 'chair, moved at 7.3 s');
   const past = new Past(message());
