@@ -116,22 +116,28 @@ BlockBits block_bits(const Distances& distances) {
   return bits;
 }
 
+// Calls visit(voxel, axis) for the voxels of a row of the block that have their bit in the mask of the axis.
+template <typename Visit>
+void visit_row(const std::array<std::uint32_t, 3>& edges, int y, int z, const Visit& visit) {
+  constexpr std::uint32_t kOwn = (1U << kBlockSide) - 1;
+  for (std::uint32_t rest = (edges[0] | edges[1] | edges[2]) & kOwn; rest != 0; rest &= rest - 1) {
+    const int x = std::countr_zero(rest);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if ((edges[axis] >> x & 1U) != 0) visit(VoxelIndex{x, y, z}, axis);
+    }
+  }
+}
+
 // Calls visit(voxel of the block, axis) for every voxel whose sign differs from the next one's along the axis.
 template <typename Visit>
 void visit_edges(const Distances& distances, const Visit& visit) {
-  constexpr std::uint32_t kOwn = (1U << kBlockSide) - 1;
   const BlockBits bits = block_bits(distances);
   for (std::size_t z = 0; z < kBlockSide; ++z) {
     for (std::size_t y = 0; y < kBlockSide; ++y) {
       const RowBits& own = bits[z][y];
       const std::array<std::uint32_t, 3> edges = {sign_changes(own, {own.seen >> 1, own.behind >> 1}),
                                                   sign_changes(own, bits[z][y + 1]), sign_changes(own, bits[z + 1][y])};
-      for (std::uint32_t rest = (edges[0] | edges[1] | edges[2]) & kOwn; rest != 0; rest &= rest - 1) {
-        const int x = std::countr_zero(rest);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          if ((edges[axis] >> x & 1U) != 0) visit(VoxelIndex{x, static_cast<int>(y), static_cast<int>(z)}, axis);
-        }
-      }
+      visit_row(edges, static_cast<int>(y), static_cast<int>(z), visit);
     }
   }
 }

@@ -81,7 +81,7 @@ TEST(FrameLog, AStepOfAnOutlineBeyondEveryNumberIsRefused) {
   FrameLog::Bytes bytes = encode_labels(labels.segmentation, labels.ids);
   ASSERT_EQ(bytes.back(), 0);  // the end of the first run is that of the row above
   bytes.pop_back();
-  for (const std::uint8_t byte : {0xFE, 0xFF, 0xFF, 0xFF, 0x0F}) bytes.push_back(byte);  // 2^31 - 1
+  for (const int byte : {0xFE, 0xFF, 0xFF, 0xFF, 0x0F}) bytes.push_back(static_cast<std::uint8_t>(byte));  // 2^31 - 1
   EXPECT_FALSE(decode_labels(bytes).has_value());
 }
 
