@@ -80,10 +80,10 @@ TEST_F(RunHistory, IsWhatTheRunWrote) {
 
 TEST_F(RunHistory, NothingChangesWhereEverythingWasThereFromTheBeginning) {
   fs::remove(folder_ / "moving.json");
-  objects_["objects"] = {with_times(test::object_json(9, "swivel chair"), 0, nullptr)};
+  objects_["objects"] = Json::array({with_times(test::object_json(9, "swivel chair"), 0, nullptr)});
   write_json_file(folder_ / "objects.json", objects_);
   EXPECT_TRUE(read().is_still());
-  objects_["objects"] = {test::object_json(9, "swivel chair")};  // as an early version wrote it
+  objects_["objects"] = Json::array({test::object_json(9, "swivel chair")});  // as an early version wrote it
   write_json_file(folder_ / "objects.json", objects_);
   EXPECT_TRUE(read().is_still());
   EXPECT_TRUE(read().spans.empty());
