@@ -33,8 +33,9 @@ struct EarlierFrames {
 };
 EarlierFrames earlier_frames(const Arguments& arguments, const RunSummary& summary, const Checkpoints* checkpoints);
 
-// Where the camera is tracked: makes the places of the earlier visits known to the tracker and tells so, tells when the camera
-// was found there, and what to say if it never was. Throws Error.
+// For runs that track the camera. The first makes the places of the earlier visits known to the tracker and tells how many; it
+// throws Error as remember_visits does. The second tells when the camera was found there, the third is the complaint if it never
+// was.
 void tell_places(const Checkpoints& checkpoints, const Mapper& mapper, const Dataset& dataset, RunTracker& tracker);
 void tell_found(const std::string& map, const TrackingReport& tracking);
 Error never_found(const Arguments& arguments, const TrackingReport& tracking);

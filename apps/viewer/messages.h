@@ -23,8 +23,8 @@ std::string scene_message(const SnapshotScene& scene, const std::string& run, bo
 // The message `state`, with chunks newer than `since` only.
 std::string state_message(const SnapshotSurface& surface, std::uint64_t since);
 std::string objects_message(const Snapshot& snapshot, const LabelSet& labels);
-// Where there is more than a page takes: the objects with the lowest ids, the longest tracks, and their boxes thinned evenly. It
-// says how many were left out.
+// A history of more than a page takes is cut to the objects with the lowest ids and the longest tracks, and boxes are thinned
+// evenly; the message says how many were left out.
 std::string history_message(const SceneHistory& history, const LabelSet& labels);
 // The text of the event `state`.
 std::string event_message(const Snapshot& snapshot, const std::string& run);
