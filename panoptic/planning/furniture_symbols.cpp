@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "panoptic/planning/labelled_surface.h"
 
@@ -129,8 +130,18 @@ std::string symbol(const HomePlan& plan, const ThingFootprint& print, std::strin
   return text;
 }
 
-// A name where it fits: along the longer side of the thing if that runs up or down the sheet.
-std::string name_svg(const ThingFootprint& print, std::string_view name, const ToSheet& to_sheet) {
+// Around a name on the sheet, upright or not.
+Eigen::AlignedBox2d name_area(const Vec2d& at, double length_cm, double degrees) {
+  constexpr double kHalfHeight_cm = 5;
+  const double angle = degrees * std::numbers::pi / 180;
+  const Vec2d half(length_cm / 2 * std::abs(std::cos(angle)), length_cm / 2 * std::abs(std::sin(angle)));
+  return {at - half - Vec2d::Constant(kHalfHeight_cm), at + half + Vec2d::Constant(kHalfHeight_cm)};
+}
+
+// A name where it fits, and covers none of those that are there already: along the longer side of the thing if that runs up or
+// down the sheet.
+std::string name_svg(const ThingFootprint& print, std::string_view name, const ToSheet& to_sheet,
+                     std::vector<Eigen::AlignedBox2d>& taken) {
   constexpr double kLetter_cm = 4.8;
   constexpr double kHeight_cm = 11;
   const FlatBox box = smallest_box(convex_hull(print.polygon));
@@ -143,6 +154,10 @@ std::string name_svg(const ThingFootprint& print, std::string_view name, const T
   if (size_cm.y() > length_cm) degrees = 0;
   if (degrees > 90.5) degrees -= 180;
   if (degrees < -90.5) degrees += 180;
+  const Eigen::AlignedBox2d area = name_area(at, length_cm, degrees);
+  if (std::any_of(taken.begin(), taken.end(), [&](const Eigen::AlignedBox2d& other) { return other.intersects(area); }))
+    return "";
+  taken.push_back(area);
   return fmt::format(
       "<text x=\"{0:.1f}\" y=\"{1:.1f}\" class=\"name halo\" transform=\"rotate({2:.1f} {0:.1f} {1:.1f})\" dy=\"3\">{3}</text>\n",
       at.x(), at.y(), degrees, as_xml(name));
@@ -184,14 +199,21 @@ std::string furniture_svg(const HomePlan& plan, const LabelSet& labels, const To
   std::stable_sort(by_height.begin(), by_height.end(),
                    [&](const ThingFootprint* a, const ThingFootprint* b) { return height_m(a) < height_m(b); });
   std::string text;
-  std::string names;
+  std::vector<const ThingFootprint*> named;  // from the lowest to the highest
   for (const ThingFootprint* print : by_height) {
     const std::string_view name = labels.name_of(print->class_id);
     text += symbol(plan, *print, name, to_sheet);
     const bool is_named = name != "otherfurniture" && name != "other" && name != "unknown" && !stands_on_another(plan, *print);
-    if (is_named) names += name_svg(*print, name, to_sheet);
+    if (is_named) named.push_back(print);
   }
-  return text + names;
+  std::vector<Eigen::AlignedBox2d> taken;
+  for (auto at = named.rbegin(); at != named.rend(); ++at) {
+    const Vec2d middle = smallest_box(convex_hull((*at)->polygon)).center;
+    const bool is_hidden =
+        std::any_of(named.rbegin(), at, [&](const ThingFootprint* above) { return contains(above->polygon, middle); });
+    if (!is_hidden) text += name_svg(**at, labels.name_of((*at)->class_id), to_sheet, taken);
+  }
+  return text;
 }
 
 }  // namespace panoptic

@@ -19,9 +19,9 @@ HomePlan plan_home(const PanopticMap& map, const SurfaceByBlock& samples, const 
   const LabelledSurface surface = labelled_surface(map, samples, grid_from_world);
   HomePlan plan;
   plan.grid_from_world = grid_from_world;
-  plan.furniture = footprints(surface);
   const Pose world_from_grid = grid_from_world.inverse();
   const auto is_empty = [&](const Vec3d& p) { return seen_empty(map, world_from_grid * p); };
+  plan.furniture = footprints(surface, is_empty);
   plan.table_tops = find_table_tops(surface, map.labels, is_empty);
   plan.seats = find_seats(surface, map.labels, plan.table_tops);
   plan.lying_places = find_lying_places(surface, map.labels);

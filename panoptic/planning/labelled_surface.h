@@ -4,6 +4,7 @@
 // The surface of a map in its z-up frame, sorted by what it belongs to.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ struct LabelledSurface {
   std::vector<LabelledPoint> floor;
   double voxel_m = 0;
 };
+
+// Whether a point of the z-up frame was seen to be empty.
+using SeenEmpty = std::function<bool(const Vec3d&)>;
 
 // REQUIRES the samples of this map. Throws Error if there are none.
 LabelledSurface labelled_surface(const PanopticMap& map, const SurfaceByBlock& samples, const Pose& grid_from_world);

@@ -4,16 +4,12 @@
 // Tops of tables, desks, counters: of every class that the label set says carries things.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "panoptic/home_plan.h"
 #include "panoptic/planning/labelled_surface.h"
 
 namespace panoptic {
-
-// Whether a point was seen to be empty.
-using SeenEmpty = std::function<bool(const Vec3d&)>;
 
 std::vector<TableTop> find_table_tops(const LabelledSurface& surface, const LabelSet& labels, const SeenEmpty& seen_empty);
 
