@@ -42,10 +42,8 @@ if(PANOPTIC_SIM)
   find_package(libzip REQUIRED)  # its package refers to the tools zipcmp, zipmerge and ziptool
   find_package(tinyobjloader REQUIRED)
 endif()
-# eval/ alone: headers only, without a package of its own
-if(PANOPTIC_EVAL)
-  find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
-endif()
+# base/ alone: headers only, without a package of its own
+find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
 # apps/ alone
 if(PANOPTIC_APPS)
   find_package(CLI11 REQUIRED)

@@ -50,6 +50,7 @@ struct Arguments {
   bool view = false;
   std::string map;          // map file: to keep up to date, or to look at
   std::string other_map;    // merge, diff: the second one
+  bool align = false;       // merge, diff: bring the other map into the world of the first
   std::string earlier_map;  // --in
   bool resume = false;
   std::string pose_updates;

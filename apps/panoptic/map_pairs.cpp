@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -33,8 +35,22 @@ Json to_json(const std::optional<FoundObject>& o, const LabelSet& labels) {
           {"voxels", o->voxels}};
 }
 
-Json to_json(const MapDiff& diff, const Arguments& a, const LabelSet& labels) {
+Json to_json(const std::optional<MapAlignment>& alignment) {
+  if (!alignment) return nullptr;
+  Json rows = Json::array();
+  for (Eigen::Index row = 0; row < 4; ++row) {
+    const Eigen::Vector4d r = alignment->a_from_b.matrix().row(row);
+    rows.push_back(Json::array({r[0], r[1], r[2], r[3]}));
+  }
+  return {{"a_from_b", rows},
+          {"agreement", alignment->agreement},
+          {"common_m2", alignment->common_m2},
+          {"objects", alignment->objects}};
+}
+
+Json to_json(const MapDiff& diff, const std::optional<MapAlignment>& alignment, const Arguments& a, const LabelSet& labels) {
   Json json = {{"a", a.map}, {"b", a.other_map}, {"unchanged", diff.unchanged}, {"too_small", diff.too_small}};
+  json["alignment"] = to_json(alignment);
   json["changes"] = Json::array();
   for (const ObjectChange& c : diff.changes) {
     json["changes"].push_back({{"kind", name_of(c.kind)},
@@ -88,6 +104,13 @@ std::string diff_text(const MapDiff& diff, const LabelSet& labels) {
   for (const ObjectChange& c : diff.changes) text += line_of(c, labels) + "\n";
   if (diff.too_small > 0) text += fmt::format("{} objects are too small to compare\n", diff.too_small);
   return text;
+}
+
+std::string alignment_text(const MapAlignment& alignment) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  return fmt::format("aligned   turned by {:.1f} degrees and moved by {:.2f} m; {:.0f} % of {:.1f} m2 and {} objects agree\n",
+                     kDegrees * Eigen::AngleAxisd(alignment.a_from_b.linear()).angle(), alignment.a_from_b.translation().norm(),
+                     100 * alignment.agreement, alignment.common_m2 / alignment.agreement, alignment.objects);
 }
 
 Rgb marker_color(ChangeKind kind) {
@@ -146,8 +169,9 @@ void write_picture(const std::string& path, const MapDiff& diff, const MapWithFr
 
 int map_merge(const Arguments& a) {
   set_thread_count(a.threads);
-  const MergedFiles m = merge_map_files(a.map, a.other_map, a.output);
+  const MergedFiles m = merge_map_files(a.map, a.other_map, a.output, a.align);
   for (const std::string& note : m.notes) tell_note(note);
+  if (m.alignment) fmt::print("{}", alignment_text(*m.alignment));
   fmt::print("{}: {} objects ({} and {}; {} are the same, {} parts of another), {} blocks\n", a.output, m.objects, m.objects_a,
              m.objects_b, m.same, m.parts, m.blocks);
   return kDone;
@@ -156,13 +180,19 @@ int map_merge(const Arguments& a) {
 int map_diff(const Arguments& a) {
   set_thread_count(a.threads);
   const MapWithFrames before = load_map_with_frames(a.map);
-  const MapWithFrames after = load_map_with_frames(a.other_map);
+  MapWithFrames after = load_map_with_frames(a.other_map);
   tell_note(note_of_format(before.saved, a.map));
   tell_note(note_of_format(after.saved, a.other_map));
+  std::optional<MapAlignment> alignment;
+  if (a.align) {
+    alignment = align_maps(before, after, a.map, a.other_map);
+    after = moved_map(after, alignment->a_from_b);
+    fmt::print("{}", alignment_text(*alignment));
+  }
   const MapDiff diff = diff_maps(before, after, a.map, a.other_map);
   for (const std::string& note : diff.notes) tell_note(note);
   const LabelSet& labels = before.saved.map.labels;
-  if (!a.json.empty()) write_json_file(a.json, to_json(diff, a, labels));
+  if (!a.json.empty()) write_json_file(a.json, to_json(diff, alignment, a, labels));
   if (!a.png.empty()) write_picture(a.png, diff, before, after);
   fmt::print("{}", diff_text(diff, labels));
   return kDone;

@@ -95,10 +95,31 @@ py::object object_or_none(const std::optional<FoundObject>& object, const LabelS
   return object ? py::cast(named(*object, labels)) : py::none();
 }
 
-py::dict diff(const fs::path& a, const fs::path& b) {
-  const auto maps = released([&] { return std::pair(load_map_with_frames(a), load_map_with_frames(b)); });
-  const auto& before = maps.first;
-  const auto& after = maps.second;
+// The later map in the world of the earlier one, if that is asked for, and how it lay.
+struct ComparedMaps {
+  MapWithFrames before;
+  MapWithFrames after;
+  std::optional<MapAlignment> alignment;
+};
+
+ComparedMaps compared_maps(const fs::path& a, const fs::path& b, bool align) {
+  ComparedMaps maps{load_map_with_frames(a), load_map_with_frames(b), std::nullopt};
+  if (!align) return maps;
+  maps.alignment = align_maps(maps.before, maps.after, a.string(), b.string());
+  maps.after = moved_map(maps.after, maps.alignment->a_from_b);
+  return maps;
+}
+
+py::object alignment_or_none(const std::optional<MapAlignment>& alignment) {
+  if (!alignment) return py::none();
+  return py::dict(py::arg("a_from_b") = matrix_of(alignment->a_from_b), py::arg("agreement") = alignment->agreement,
+                  py::arg("common_m2") = alignment->common_m2, py::arg("objects") = alignment->objects);
+}
+
+py::dict diff(const fs::path& a, const fs::path& b, bool align) {
+  const ComparedMaps maps = released([&] { return compared_maps(a, b, align); });
+  const auto& before = maps.before;
+  const auto& after = maps.after;
   const MapDiff found = released([&] { return diff_maps(before, after, a.string(), b.string()); });
   warn(found.notes);
   py::list changes;
@@ -111,15 +132,16 @@ py::dict diff(const fs::path& a, const fs::path& b) {
     entry["moved_m"] = change.moved_m;
     changes.append(std::move(entry));
   }
-  return py::dict(py::arg("changes") = changes, py::arg("unchanged") = found.unchanged, py::arg("too_small") = found.too_small);
+  return py::dict(py::arg("changes") = changes, py::arg("unchanged") = found.unchanged, py::arg("too_small") = found.too_small,
+                  py::arg("alignment") = alignment_or_none(maps.alignment));
 }
 
-py::dict merge(const fs::path& a, const fs::path& b, const fs::path& merged) {
-  const MergedFiles files = released([&] { return merge_map_files(a, b, merged); });
+py::dict merge(const fs::path& a, const fs::path& b, const fs::path& merged, bool align) {
+  const MergedFiles files = released([&] { return merge_map_files(a, b, merged, align); });
   warn(files.notes);
   return py::dict(py::arg("objects_a") = files.objects_a, py::arg("objects_b") = files.objects_b,
                   py::arg("objects") = files.objects, py::arg("same") = files.same, py::arg("parts") = files.parts,
-                  py::arg("blocks") = files.blocks);
+                  py::arg("blocks") = files.blocks, py::arg("alignment") = alignment_or_none(files.alignment));
 }
 
 void set_threads(int threads) {
@@ -143,13 +165,16 @@ void bind_tools(py::module_& m) {
 Settings by name: seed, rooms, frames (0: as many as the way through the rooms takes), noise, predictions, jpeg_quality, truth_stride. progress(done, frames) is called meanwhile.)");
   m.def("explain", &explain, py::arg("folder"), py::arg("id"),
         "Why an object of a run on disk is what it is: a dict of votes, best views, boxes, mergers, and a text for people.");
-  m.def("diff_maps", &diff, py::arg("before"), py::arg("after"),
+  m.def("diff_maps", &diff, py::arg("before"), py::arg("after"), py::arg("align") = false,
         R"(What changed between two map files of one place: a dict.
 
 changes: a list of dicts with kind ("vanished", "appeared", "moved", "other_label", "not_seen_in_b", "not_seen_in_a"), before, after,
-empty_share and moved_m. unchanged: how many objects are at their place. too_small: how many are too small to say so.)");
-  m.def("merge_maps", &merge, py::arg("a"), py::arg("b"), py::arg("merged"),
-        "Makes one map file of two of the same place; returns counts.");
+empty_share and moved_m. unchanged: how many objects are at their place. too_small: how many are too small to say so. align=True brings `after` into the world of
+`before` first; alignment says how: a_from_b [4,4], agreement, common_m2, objects; else it is None.)");
+  m.def("merge_maps", &merge, py::arg("a"), py::arg("b"), py::arg("merged"), py::arg("align") = false,
+        "Makes one map file of two of the same place; returns counts. align=True brings b into the world of a first; alignment "
+        "says "
+        "how, as for diff_maps.");
   m.def("set_threads", &set_threads, py::arg("threads"), "Threads that mapping may use; 0 = one per core. Before work starts.");
   m.def("threads", &thread_count, "How many threads mapping uses.");
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Changes between two maps of one place in the same frame of reference: objects that vanished, appeared or moved.
+// Two maps of one place: how they lie to each other, what changed from one to the other, and both as one.
 #pragma once
 
 #include <cstddef>
@@ -23,6 +23,25 @@ struct MapWithFrames {
   std::vector<FrameRecord> frames;
 };
 MapWithFrames load_map_with_frames(const std::filesystem::path& path);
+
+// How map b lies in map a.
+struct MapAlignment {
+  Pose a_from_b = Pose::Identity();
+  // The share of the surface of either map, but for what is horizontal, that is surface in the other map, too, within two voxels;
+  // of what the other one looked at.
+  double agreement = 0;
+  double common_m2 = 0;     // of it, surface that both have
+  std::size_t objects = 0;  // of b that lie where a has one of their class
+};
+
+// Finds out by the objects of both maps and by their surfaces. They may lie in any way to each other, and what stands in the
+// rooms may have changed in part. Throws Error, naming the maps and what speaks against it, if they are not comparable (see
+// diff_maps), or if no pose is good enough, or two are: it is not certain then that they are of one place.
+MapAlignment align_maps(const MapWithFrames& a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b);
+
+// The map in another world. Voxels are interpolated: surfaces stay within a tenth of a voxel, details of a voxel are softened.
+// Free space shrinks by up to a cell, doubts and the history of objects are left out, and so is what a run would need to go on.
+MapWithFrames moved_map(const MapWithFrames& map, const Pose& new_from_old);
 
 enum class ChangeKind : std::uint8_t {
   kVanished,    // in A, and B saw that its place is empty
@@ -58,8 +77,8 @@ inline constexpr double kLeastSeenShare = 0.5;
 // a voxel; it is the same however the object was turned.
 inline constexpr double kSimilarSpread = 1.6;
 
-// Throws Error, naming the maps as `name_a` and `name_b`, unless they are comparable: of one voxel size,
-// truncation and label set, whatever its colours.
+// REQUIRES maps in one world. Throws Error, naming the maps as `name_a` and `name_b`, unless they are comparable: of one voxel
+// size, truncation and label set, whatever its colours.
 MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b);
 
 struct MergedFiles {
@@ -69,13 +88,15 @@ struct MergedFiles {
   std::size_t same = 0;   // objects that both maps have
   std::size_t parts = 0;  // objects that are parts of one in the other map
   std::size_t blocks = 0;
-  std::vector<std::string> notes;  // what a file of an older format lacks, and what was left out, a line each
+  std::optional<MapAlignment> alignment;  // if the maps were aligned
+  std::vector<std::string> notes;         // what a file of an older format lacks, and what was left out, a line each
 };
 
 // Merges and writes the result, whole or not at all. It is a finished map: info, mesh, query, eval, view,
-// merge, diff and regularize work on it, a run cannot go on from it. Regularizing starts from the labels as merged: what the
-// regularizer overruled in the two maps is not kept. Options are those of `a`. Throws Error: not comparable, or `merged` is
-// there.
-MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesystem::path& b, const std::filesystem::path& merged);
+// merge, diff and regularize work on it, a run cannot go on from it. `align`: b is brought into the world of a first
+// (align_maps); else they must lie in one. Regularizing starts from the labels as merged: what the regularizer overruled in the
+// two maps is not kept. Options are those of `a`. Throws Error: not comparable, or `merged` is there.
+MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesystem::path& b, const std::filesystem::path& merged,
+                            bool align = false);
 
 }  // namespace panoptic

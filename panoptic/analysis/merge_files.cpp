@@ -54,24 +54,29 @@ MapNotes merged_notes(const RunNotes& a, const RunNotes& b, std::int64_t frame_s
 
 MapWithFrames load_map_with_frames(const std::filesystem::path& path) { return {load_map(path), load_frames(path)}; }
 
-MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesystem::path& b, const std::filesystem::path& merged) {
+MergedFiles merge_map_files(const std::filesystem::path& a, const std::filesystem::path& b, const std::filesystem::path& merged,
+                            bool align) {
   if (is_there(merged)) {
     throw Error(fmt::format("{} is there already; choose another name or remove it", merged.string()));
   }
   MapWithFrames first = load_map_with_frames(a);
-  const MapWithFrames second = load_map_with_frames(b);
+  MapWithFrames second = load_map_with_frames(b);
   require_comparable(first.saved.header(), second.saved.header(), a.string(), b.string());
   MergedFiles summary{.objects_a = first.saved.map.objects.count(), .objects_b = second.saved.map.objects.count()};
   for (const std::string& note : {note_of_format(first.saved, a), note_of_format(second.saved, b)}) {
     if (!note.empty()) summary.notes.push_back(note);
   }
-  const RunNotes notes_a = run_notes(first);
-  const RunNotes notes_b = run_notes(second);
   if (const ObjectHistory& left = second.saved.map.history; !left.past.empty() || !left.arrivals.empty()) {
     summary.notes.push_back(
         fmt::format("{}: its history is left out: {} objects that were gone, and which of the others came or were moved",
                     b.string(), left.past.size()));
   }
+  if (align) {
+    summary.alignment = align_maps(first, second, a.string(), b.string());
+    second = moved_map(second, summary.alignment->a_from_b);
+  }
+  const RunNotes notes_a = run_notes(first);
+  const RunNotes notes_b = run_notes(second);
   const MapMerge merge = merge_maps(std::move(first), second, a.string(), b.string());
   const SavedMap& saved = merge.merged.saved;
   MapUpdate update = whole_map(saved.map);

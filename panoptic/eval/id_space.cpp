@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <limits>
 
+#include "panoptic/base/nearest_points.h"
 #include "panoptic/data/nyu40.h"
 #include "panoptic/error.h"
 #include "panoptic/eval/benchmark_classes.h"
-#include "panoptic/eval/nearest_points.h"
 
 namespace panoptic {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "panoptic/eval/nearest_points.h"
+#include "panoptic/base/nearest_points.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {

@@ -8,7 +8,7 @@
 #include <array>
 #include <limits>
 
-#include "panoptic/eval/nearest_points.h"
+#include "panoptic/base/nearest_points.h"
 #include "panoptic/io/category_map.h"
 #include "panoptic/parallel.h"
 

@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "panoptic/map/surface_sampler.h"
 #include "panoptic/parallel.h"
 #include "panoptic/tracking/projection.h"
-#include "panoptic/tracking/surface_sampler.h"
 
 namespace panoptic {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "panoptic/eval/nearest_points.h"
+#include "panoptic/base/nearest_points.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {

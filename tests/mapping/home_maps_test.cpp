@@ -32,12 +32,15 @@ const Simulation& simulation() {
   return kSimulation;
 }
 
-// One room, filmed; things may be put elsewhere before.
+// One room, filmed; things may be put elsewhere before, and the poses told in another world.
 class FilmedHome {
  public:
-  explicit FilmedHome(const Scene& scene) {
+  explicit FilmedHome(const Scene& scene, const Pose& world_from_home = Pose::Identity()) {
     const Renderer renderer(scene);
-    for (int i = 0; i < kFrames; ++i) views_.push_back(view(renderer, i));
+    for (int i = 0; i < kFrames; ++i) {
+      views_.push_back(view(renderer, i));
+      views_.back().frame.world_from_camera = world_from_home * views_.back().frame.world_from_camera;
+    }
   }
 
   // Into `name`.panoptic in the test's folder.
@@ -136,35 +139,113 @@ TEST(HomeMaps, TwoHalvesMergedAreTheWhole) {
               HasSubstr("was merged from two maps"));
 }
 
-TEST(HomeMaps, WhatWasTakenAwayAndWhatWasMovedIsFound) {
-  Scene after = simulation().home().scene;
+// The home after its bookshelf was taken away and a chair moved to where nothing stands.
+struct ChangedHome {
+  Scene scene = simulation().home().scene;
+  Vec3d shelf_was = Vec3d::Zero();
+  double chair_moved_m = 0;
+};
+
+ChangedHome changed_home() {
+  ChangedHome home;
+  std::vector<SceneObject>& objects = home.scene.objects;
   const auto named = [&](const char* name) {
-    return std::find_if(after.objects.begin(), after.objects.end(), [&](const SceneObject& o) { return o.name == name; });
+    return std::find_if(objects.begin(), objects.end(), [&](const SceneObject& o) { return o.name == name; });
   };
   const auto chair = named("Chair");
-  ASSERT_NE(chair, after.objects.end()) << "this home has no chair";
   const Vec3d chair_was = chair->world_from_object.translation();
-  chair->world_from_object.translation().head<2>() =
-      simulation().true_path()[60].translation().head<2>();  // nothing stands there
-  const double moved_m = (chair->world_from_object.translation() - chair_was).norm();
+  chair->world_from_object.translation().head<2>() = simulation().true_path()[60].translation().head<2>();
+  home.chair_moved_m = (chair->world_from_object.translation() - chair_was).norm();
   const auto shelf = named("Bookshelf");
-  ASSERT_NE(shelf, after.objects.end()) << "this home has no bookshelf";
-  const Vec3d shelf_was = shelf->world_from_object.translation();
-  after.objects.erase(shelf);
-  const MapWithFrames a = load_map_with_frames(whole_home_map());
-  const MapWithFrames b = load_map_with_frames(FilmedHome(after).map("b"));
-  const MapDiff diff = diff_maps(a, b, "A", "B");
-  const LabelSet& labels = a.saved.map.labels;
+  home.shelf_was = shelf->world_from_object.translation();
+  objects.erase(shelf);
+  return home;
+}
+
+void expect_the_changes(const ChangedHome& home, const MapDiff& diff, const LabelSet& labels) {
   ASSERT_EQ(diff.changes.size(), 2U);
   const ObjectChange& gone = diff.changes[0];
   EXPECT_EQ(gone.kind, ChangeKind::kVanished);
   EXPECT_EQ(labels.name_of(gone.before->class_id), "bookshelf");
-  EXPECT_LT((gone.before->box.center_m - shelf_was).head<2>().norm(), 0.3);
+  EXPECT_LT((gone.before->box.center_m - home.shelf_was).head<2>().norm(), 0.3);
   const ObjectChange& moved = diff.changes[1];
   EXPECT_EQ(moved.kind, ChangeKind::kMoved);
   EXPECT_EQ(labels.name_of(moved.before->class_id), "chair");
-  EXPECT_NEAR(moved.moved_m, moved_m, 0.25);
+  EXPECT_NEAR(moved.moved_m, home.chair_moved_m, 0.25);
   EXPECT_GT(diff.unchanged, 30U);
+}
+
+TEST(HomeMaps, WhatWasTakenAwayAndWhatWasMovedIsFound) {
+  const ChangedHome home = changed_home();
+  const MapWithFrames a = load_map_with_frames(whole_home_map());
+  const MapWithFrames b = load_map_with_frames(FilmedHome(home.scene).map("b"));
+  expect_the_changes(home, diff_maps(a, b, "A", "B"), a.saved.map.labels);
+}
+
+Pose other_world() {
+  Pose pose = Pose::Identity();
+  pose.linear() =
+      (Eigen::AngleAxisd(2.4, Vec3d::UnitZ()) * Eigen::AngleAxisd(0.1, Vec3d(1, 0.3, 0).normalized())).toRotationMatrix();
+  pose.translation() = Vec3d(7, -3, 1);
+  return pose;
+}
+
+TEST(HomeMaps, InAnotherWorldTheSameChangesAreFound) {
+  const ChangedHome home = changed_home();
+  const MapWithFrames a = load_map_with_frames(whole_home_map());
+  const MapWithFrames b = load_map_with_frames(FilmedHome(home.scene, other_world()).map("elsewhere"));
+  const MapAlignment alignment = align_maps(a, b, "A", "B");
+  const Pose error = alignment.a_from_b * other_world();
+  const Vec3d middle = simulation().true_path()[0].translation();
+  EXPECT_LT((error * middle - middle).norm(), 0.01);
+  EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle(), 0.004);
+  EXPECT_GT(alignment.objects, 20U);
+  expect_the_changes(home, diff_maps(a, moved_map(b, alignment.a_from_b), "A", "B"), a.saved.map.labels);
+}
+
+TEST(HomeMaps, HalvesInDifferentWorldsBecomeOneMap) {
+  const auto a = home_as_it_is().map("first_half", 0, 50);
+  const auto b = FilmedHome(simulation().home().scene, other_world()).map("second_half", 40, kFrames);
+  const auto path = fresh_folder("aligned") / "merged.panoptic";
+  const MergedFiles summary = merge_map_files(a, b, path, true);
+  ASSERT_TRUE(summary.alignment.has_value());
+  const SavedMap whole = load_map(whole_home_map());
+  const SavedMap merged = load_map(path);
+  const auto count = static_cast<double>(objects_with_surface(whole));
+  EXPECT_NEAR(static_cast<double>(objects_with_surface(merged)), count, std::max(2.0, 0.15 * count));
+  EXPECT_LT(median_distance_m(surface_of(whole.map), surface_of(merged.map)), 0.01);
+  EXPECT_LT(median_distance_m(surface_of(merged.map), surface_of(whole.map)), 0.01);
+}
+
+TEST(HomeMaps, OfTwoHomesCannotBeAligned) {
+  const Simulation other({.seed = 8, .rooms = 1, .frames = kFrames, .noise = "none"});
+  const MapWithFrames a = load_map_with_frames(whole_home_map());
+  const MapWithFrames b = load_map_with_frames(FilmedHome(other.home().scene).map("other_home"));
+  EXPECT_THAT(test::error_of([&] { align_maps(a, b, "A", "B"); }), HasSubstr("B cannot be aligned with A: "));
+}
+
+TEST(HomeMaps, MovedByABlockAndBackIsTheSame) {
+  const MapWithFrames map = load_map_with_frames(whole_home_map());
+  Pose by_a_block = Pose::Identity();
+  by_a_block.translation() = double{map.saved.map.voxels.block_size_m()} * Vec3d(1, -2, 0);
+  const MapWithFrames there = moved_map(map, by_a_block);
+  EXPECT_NE(there.saved.map.voxels.hash(), map.saved.map.voxels.hash());
+  const MapWithFrames back = moved_map(there, by_a_block.inverse());
+  const VoxelMap& before = map.saved.map.voxels;
+  EXPECT_EQ(back.saved.map.voxels.observed_voxels(), before.observed_voxels());
+  std::size_t differing = 0;
+  for (Slot slot = 0; slot < before.block_count(); ++slot) {
+    const VoxelBlock* after = back.saved.map.voxels.find(before.index_of(slot));
+    for (int offset = 0; offset < kBlockVoxels; ++offset) {
+      const Voxel was = before.block(slot).at(offset);
+      if (!(was.weight > 0)) continue;
+      const Voxel is = after == nullptr ? Voxel{} : after->at(offset);
+      const bool alike = std::abs(is.distance - was.distance) < 1e-6F && is.label == was.label && is.red == was.red;
+      differing += alike ? 0 : 1;
+    }
+  }
+  EXPECT_EQ(differing, 0U);
+  EXPECT_EQ(there.frames.size(), map.frames.size());
 }
 
 }  // namespace

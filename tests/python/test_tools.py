@@ -160,6 +160,15 @@ class TwoMaps(unittest.TestCase):
         with self.assertRaisesRegex(pf.Error, "is there already"):
             pf.merge_maps(a, b, merged)
 
+    def test_a_single_object_is_not_enough_to_align(self):
+        a, b = self.saved("a.panoptic", 40), self.saved("b.panoptic", 40)
+        self.assertIsNone(pf.diff_maps(a, b)["alignment"])
+        with self.assertRaisesRegex(pf.Error, "b.panoptic cannot be aligned with .*: they have no two objects"):
+            pf.diff_maps(a, b, align=True)
+        with self.assertRaisesRegex(pf.Error, "cannot be aligned"):
+            pf.merge_maps(a, b, scratch() / "aligned.panoptic", align=True)
+        self.assertFalse((scratch() / "aligned.panoptic").exists())
+
 
 class Datasets(unittest.TestCase):
     def test_positions_ranges_and_lengths_agree(self):

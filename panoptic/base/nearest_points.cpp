@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/eval/nearest_points.h"
+#include "panoptic/base/nearest_points.h"
 
 #include <cmath>
 #include <limits>

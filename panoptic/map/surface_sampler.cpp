@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "panoptic/tracking/surface_sampler.h"
+#include "panoptic/map/surface_sampler.h"
 
 namespace panoptic {
 namespace {
