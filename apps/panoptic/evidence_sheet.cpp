@@ -46,7 +46,7 @@ std::unique_ptr<Dataset> open_again(const RunReport& report, const std::filesyst
   constexpr const char* kOtherwise = "explain without --png needs no recording";
   std::unique_ptr<Dataset> dataset;
   try {
-    dataset = panoptic::open_again(report.recording, report.calibration, report.pair_tolerance_s);
+    dataset = panoptic::open_again(report.recording, report.calibration, report.pair_tolerance_s, report.tracked);
   } catch (const Error& e) {
     throw Error(fmt::format("the run's recording cannot be opened any more ({}); put it back, {}", e.what(), kOtherwise));
   }

@@ -308,7 +308,7 @@ int map_rebuild(const Arguments& a) {
   const std::string& recording = a.dataset.empty() ? mapped.recording : a.dataset;
   const auto dataset = [&] {
     try {
-      return open_again(recording, mapped.calibration, mapped.pair_tolerance_s);
+      return open_again(recording, mapped.calibration, mapped.pair_tolerance_s, mapped.is_tracked);
     } catch (const Error& e) {
       throw Error(
           fmt::format("the recording of the map cannot be opened: {}; if it has moved, name it: --recording PATH", e.what()));

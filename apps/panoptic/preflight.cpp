@@ -10,9 +10,8 @@
 #include "apps/panoptic/progress.h"
 #include "panoptic/io/doctor.h"
 #include "panoptic/io/recording_list.h"
-#include "panoptic/mapping/rebuild_file.h"
 #include "panoptic/parallel.h"
-#include "panoptic/simulation.h"
+#include "panoptic/sim/open_again.h"
 #include "panoptic/source.h"
 
 namespace panoptic {
@@ -50,12 +49,10 @@ std::unique_ptr<Dataset> open_given(const Arguments& arguments) {
 }
 
 // The list of all visits, the earlier ones as they were mapped, the last one with or without its poses.
-std::unique_ptr<Dataset> open_visits(const Arguments& arguments, bool were_tracked, bool with_poses) {
+std::unique_ptr<Dataset> open_visits(const Arguments& arguments, bool with_poses) {
   const std::size_t visits = read_recording_list(arguments.dataset).size();
   return open_recording_list(arguments.dataset, {}, {}, [&, opened = std::size_t{0}](const ListedRecording& r) mutable {
-    const bool is_posed = ++opened == visits ? with_poses : !were_tracked;
-    if (is_posed || r.recording.starts_with("sim:")) return open_dataset(r.recording, r.calibration, r.pair_tolerance_s);
-    return open_without_poses(r.recording, r.calibration, r.pair_tolerance_s);
+    return open_again(r.recording, r.calibration, r.pair_tolerance_s, ++opened == visits ? !with_poses : r.tracked);
   });
 }
 
@@ -72,9 +69,8 @@ void check_sample(const Arguments& arguments, const DoctorReport& report) {
 
 // A further visit, whose camera is to be found in the map of the earlier ones.
 OpenedRecording open_visit_to_track(const Arguments& arguments) {
-  const bool were_tracked = mapped_recording(arguments.earlier_map).is_tracked;
   const ListedRecording visit = read_recording_list(arguments.dataset).back();
-  OpenedRecording opened{open_visits(arguments, were_tracked, false), nullptr, true, visit.recording.starts_with("sim:")};
+  OpenedRecording opened{open_visits(arguments, false), nullptr, true, visit.recording.starts_with("sim:")};
   tell_notes(opened.dataset->notes());
   if (!arguments.no_preflight) check_sample(arguments, without_poses(diagnose(*opened.dataset, kPreflightWithoutPoses)));
   if (opened.frames_have_poses) return opened;
@@ -82,7 +78,7 @@ OpenedRecording open_visit_to_track(const Arguments& arguments) {
   alone.dataset = visit.recording;
   alone.calibration = visit.calibration;
   alone.pair_tolerance_s = visit.pair_tolerance_s;
-  if (open_given(alone)) opened.given = open_visits(arguments, were_tracked, true);
+  if (open_given(alone)) opened.given = open_visits(arguments, true);
   return opened;
 }
 

@@ -58,8 +58,14 @@ Arguments with_earlier_visits(const Arguments& arguments) {
   if (is_there(arguments.map) && !arguments.resume) {
     throw Error(fmt::format("{} is there already: go on with it (--resume), choose another name or remove it", arguments.map));
   }
-  const bool is_found_out = !arguments.track && !arguments.resume && has_no_poses(arguments);
   const std::string list = arguments.map + ".visits.toml";
+  if (arguments.resume && is_there(list) && read_recording_list(list).back().tracked) {
+    throw Error(
+        fmt::format("{}: a visit whose camera is tracked cannot be resumed, for the file does not hold the tracker's memory; "
+                    "remove it and {}, and run without --resume",
+                    arguments.map, list));
+  }
+  const bool is_found_out = !arguments.track && !arguments.resume && has_no_poses(arguments);
   const std::string text =
       "# The visits that a map was made of; the last one was added to " + absolute_recording(arguments.earlier_map) + "\n" +
       to_toml(with_next_visit(arguments.earlier_map, next_visit(arguments), arguments.track || is_found_out));

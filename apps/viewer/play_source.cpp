@@ -95,7 +95,7 @@ std::string PlaySource::slice(std::size_t place) {
 
 PlaySource::Recording PlaySource::opened(const std::string& map_file) {
   const MappedRecording mapped = mapped_recording(map_file);
-  auto dataset = open_again(mapped.recording, mapped.calibration, mapped.pair_tolerance_s);
+  auto dataset = open_again(mapped.recording, mapped.calibration, mapped.pair_tolerance_s, mapped.is_tracked);
   FrameFinder finder(*dataset);
   Recording found{std::move(dataset), std::move(finder), {}};
   const std::vector<FrameRecord> records = load_frames(map_file);

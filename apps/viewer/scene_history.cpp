@@ -16,7 +16,6 @@
 namespace panoptic {
 namespace {
 
-constexpr double kFarthest_m = 1e6;
 constexpr double kLongest_s = 1e12;
 constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kMostId = std::numeric_limits<std::uint32_t>::max();
@@ -59,21 +58,14 @@ PanopticId id_in(const JsonValue& entry, std::string_view key) {
   return !value || value->is_null() ? PanopticId::kUnknown : static_cast<PanopticId>(value->integer(0, kMostId));
 }
 
-Vec3d vector_in(const JsonValue& value) {
-  const std::vector<JsonValue> c = value.elements();
-  if (c.size() != 3) value.wrong("three numbers");
-  const auto coordinate = [&](std::size_t i) { return c[i].number(-kFarthest_m, kFarthest_m); };
-  return {coordinate(0), coordinate(1), coordinate(2)};
-}
-
 // Nothing in the file of an early version.
 std::optional<ObjectSpan> span_in(const JsonValue& entry) {
   const auto first = entry.find("first_time");
   if (!first) return std::nullopt;
   ObjectSpan span{.id = id_in(entry, "id"), .first_s = time_in(*first), .gone_s = {}};
   span.class_id = static_cast<ClassId>(entry.at("class_id").integer(0, std::numeric_limits<std::uint16_t>::max()));
-  span.box.min_m = vector_in(entry.at("box").at("min_m"));
-  span.box.max_m = vector_in(entry.at("box").at("max_m"));
+  span.box.min_m = entry.at("box").at("min_m").point();
+  span.box.max_m = entry.at("box").at("max_m").point();
   span.box.center_m = (span.box.min_m + span.box.max_m) / 2;
   if (const JsonValue gone = entry.at("gone_time"); !gone.is_null()) span.gone_s = time_in(gone);
   span.appeared = entry.at("appeared").boolean();
@@ -95,8 +87,8 @@ MovingTrack track_in(const JsonValue& entry, const LabelSet& labels) {
     TrackedBox& tracked = track.boxes.emplace_back();
     tracked.frame = frame.at("frame").integer(std::numeric_limits<std::int64_t>::min(), kMost);
     tracked.time_s = time_in(frame.at("time_s"));
-    tracked.min_m = vector_in(box.at("min_m"));
-    tracked.max_m = vector_in(box.at("max_m"));
+    tracked.min_m = box.at("min_m").point();
+    tracked.max_m = box.at("max_m").point();
     const std::size_t n = track.boxes.size();
     if (n > 1 && track.boxes[n - 2].time_s > tracked.time_s) frame.wrong("later than the one before it");
   }

@@ -33,6 +33,7 @@ struct RunReport {
   std::string recording;    // empty: not written down, by an early version
   std::string calibration;  // empty: none
   std::optional<double> pair_tolerance_s;
+  bool tracked = false;  // its poses were found by the run
   std::string predictor;
   bool complete = true;
   std::string stopped_by;

@@ -57,6 +57,14 @@ double JsonValue::number(double min, double max) const {
   return value;
 }
 
+Vec3d JsonValue::point() const {
+  constexpr double kFarthestPoint_m = 1e6;
+  const std::vector<JsonValue> c = elements();
+  if (c.size() != 3) wrong("three numbers");
+  const auto coordinate = [&](std::size_t axis) { return c[axis].number(-kFarthestPoint_m, kFarthestPoint_m); };
+  return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
 std::string JsonValue::text() const {
   if (!json_->is_string()) wrong("a string");
   return json_->get<std::string>();

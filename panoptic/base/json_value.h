@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "panoptic/base/json.h"
+#include "panoptic/geometry.h"
 
 namespace panoptic {
 
@@ -28,6 +29,7 @@ class JsonValue {
 
   std::int64_t integer(std::int64_t min, std::int64_t max) const;
   double number(double min, double max) const;
+  Vec3d point() const;  // three numbers: metres, each at most 1,000 km
   std::string text() const;
   bool boolean() const;  // true, false, 1 or 0
   bool is_null() const { return json_->is_null(); }

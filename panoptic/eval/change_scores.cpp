@@ -19,18 +19,11 @@ namespace {
 constexpr double kShown_s = 0.5;
 // Boxes of a map reach a few voxels too far or end where nothing was seen, and some things are flat.
 constexpr double kMargin_m = 0.15;
-constexpr double kFarthest_m = 1e6;
 constexpr std::int64_t kMostId = 0xffffffff;
 
 std::string nyu40_or_own(const std::string& name) {
   const std::optional<ClassId> nyu40 = nyu40_of_class_name(name);
   return nyu40 ? std::string(nyu40_name(*nyu40)) : name;
-}
-
-Vec3d vector_in(const JsonValue& value) {
-  const std::vector<JsonValue> c = value.elements();
-  if (c.size() != 3) value.wrong("three numbers");
-  return {c[0].number(-kFarthest_m, kFarthest_m), c[1].number(-kFarthest_m, kFarthest_m), c[2].number(-kFarthest_m, kFarthest_m)};
 }
 
 // An object of objects.json, as far as it matters here.
@@ -54,7 +47,7 @@ StatedObject object_in(const JsonValue& entry) {
     object.moved_from = static_cast<std::uint32_t>(from->integer(0, kMostId));
   }
   if (const JsonValue box = entry.at("box"); !box.is_null()) {
-    object.box = {vector_in(box.at("min_m")), vector_in(box.at("max_m"))};
+    object.box = {box.at("min_m").point(), box.at("max_m").point()};
   }
   return object;
 }

@@ -175,6 +175,7 @@ std::unique_ptr<Dataset> open_recording(const fs::path& path, const fs::path& ca
   }
   if (is_recording_list(path)) {
     return open_recording_list(path, calibration, pair_tolerance_s, [](const ListedRecording& r) {
+      require_posed(r);
       return open_recording(r.recording, r.calibration, r.pair_tolerance_s);
     });
   }

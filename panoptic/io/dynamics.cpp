@@ -88,14 +88,8 @@ Json json_of(const TrueMover& mover, double rate_hz) {
           {"frames", std::move(frames)}};
 }
 
-Vec3d vector_in(const JsonValue& value) {
-  const std::vector<JsonValue> c = value.elements();
-  if (c.size() != 3) value.wrong("three numbers");
-  return {c[0].number(-kFarthest_m, kFarthest_m), c[1].number(-kFarthest_m, kFarthest_m), c[2].number(-kFarthest_m, kFarthest_m)};
-}
-
 Eigen::AlignedBox3d box_in(const JsonValue& value) {
-  Eigen::AlignedBox3d box(vector_in(value.at("min_m")), vector_in(value.at("max_m")));
+  Eigen::AlignedBox3d box(value.at("min_m").point(), value.at("max_m").point());
   if (box.isEmpty()) value.wrong("a box whose min_m is not above its max_m");
   return box;
 }

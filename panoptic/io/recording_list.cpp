@@ -29,6 +29,7 @@ struct Entry {
   std::string calibration;
   std::optional<double> pair_tolerance_s;
   std::string predictions;
+  bool tracked = false;
   std::vector<double> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::vector<double> translation = {0, 0, 0};
 };
@@ -38,6 +39,7 @@ Fields fields(Entry& e) {
           {"calibration", &e.calibration, "TOML file that overrides what the format says", {}},
           {"pair_tolerance_s", &e.pair_tolerance_s, "between colour and depth of a pair", in_range(0, kLongest_s)},
           {"predictions", &e.predictions, "folder of its predictions", {}},
+          {"tracked", &e.tracked, "its camera was tracked: its own poses are not read", {}},
           {"rotation", &e.rotation, "of the recording in the common world, 9 numbers, row by row", {}},
           {"translation", &e.translation, "where its origin lies there, 3 numbers, metres", in_range(-kFarthest_m, kFarthest_m)}};
 }
@@ -54,6 +56,7 @@ ListedRecording to_listed(const Entry& entry, const fs::path& file) {
           beside(file, entry.calibration),
           entry.pair_tolerance_s,
           beside(file, entry.predictions),
+          entry.tracked,
           pose_of(entry.rotation, entry.translation, fmt::format("{}: {}: ", file.string(), entry.path))};
 }
 
@@ -104,11 +107,20 @@ std::string to_toml(const std::vector<ListedRecording>& recordings) {
                 r.calibration,
                 r.pair_tolerance_s,
                 r.predictions,
+                r.tracked,
                 {rotation.data(), rotation.data() + rotation.size()},
                 {translation.data(), translation.data() + translation.size()}};
     text += "[[recording]]\n" + to_toml(fields(entry)) + "\n";
   }
   return text;
+}
+
+void require_posed(const ListedRecording& recording) {
+  if (!recording.tracked) return;
+  throw Error(fmt::format(
+      "{}: its camera was tracked (tracked = true), so it has poses in the map that was made of this list alone; go on "
+      "from that map (--in), or leave out tracked to take the poses of the recording",
+      recording.name));
 }
 
 RecordingList::RecordingList(const fs::path& path, const OpenListed& open) {

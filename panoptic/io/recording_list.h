@@ -24,6 +24,7 @@ struct ListedRecording {
   std::string calibration;  // empty: none
   std::optional<double> pair_tolerance_s;
   std::string predictions;  // empty: none
+  bool tracked = false;     // its own poses are not read: the camera was tracked when it was mapped
   Pose world_from_recording = Pose::Identity();
 };
 
@@ -35,6 +36,9 @@ std::vector<ListedRecording> read_recording_list(const std::filesystem::path& pa
 
 // The text of a list file of these, which read_recording_list takes back wherever the file lies.
 std::string to_toml(const std::vector<ListedRecording>& recordings);
+
+// Throws Error if the recording's camera was tracked: outside the map that it is in, its frames have no poses.
+void require_posed(const ListedRecording& recording);
 
 using OpenListed = std::function<std::unique_ptr<Dataset>(const ListedRecording&)>;
 

@@ -55,12 +55,6 @@ std::vector<JsonValue> elements_in(const JsonValue& object, std::string_view key
   return value ? value->elements() : std::vector<JsonValue>();
 }
 
-Vec3d vector_in(const JsonValue& value) {
-  const std::vector<JsonValue> c = value.elements();
-  if (c.size() != 3) value.wrong("three numbers");
-  return {c[0].number(-kFarthest_m, kFarthest_m), c[1].number(-kFarthest_m, kFarthest_m), c[2].number(-kFarthest_m, kFarthest_m)};
-}
-
 PixelBox box_in(const JsonValue& value) {
   const std::vector<JsonValue> c = value.elements();
   if (c.size() != 4) value.wrong("four numbers");
@@ -97,9 +91,9 @@ RunObject object_in(const JsonValue& entry) {
   object.last_frame = frame_in(entry.at("last_frame"));
   object.observations = count_in(entry.at("observations"));
   object.vertices = count_in(entry.at("vertices"));
-  object.min_m = vector_in(entry.at("box").at("min_m"));
-  object.max_m = vector_in(entry.at("box").at("max_m"));
-  object.size_m = vector_in(entry.at("oriented_box").at("size_m"));
+  object.min_m = entry.at("box").at("min_m").point();
+  object.max_m = entry.at("box").at("max_m").point();
+  object.size_m = entry.at("oriented_box").at("size_m").point();
   object.area_m2 = entry.at("surface_area_m2").number(0, kFarthest_m * kFarthest_m);
   if (const auto votes = entry.find("votes")) read_votes(*votes, object);
   for (const JsonValue& view : elements_in(entry, "best_views")) {
@@ -147,7 +141,8 @@ RunReport read_run_report(const std::filesystem::path& folder) {
     const auto ms = [&, &entry = stage](const char* key) { return entry.at(key).number(0, kLongest); };
     report.stages[name] = {count_in(stage.at("count")), ms("mean_ms"), ms("p50_ms"), ms("p95_ms")};
   }
-  report.up = vector_in(file.at("up"));
+  report.tracked = file.find("tracking").has_value();
+  report.up = file.at("up").point();
   const JsonValue labels = file.at("labels");
   report.labels = label_set_of(text_in(file, "label_set"), classes_in(labels), labels);
   report.voxel_size_m = file.at("options").at("map").at("voxel_size_m").number(1e-4, 100);

@@ -47,8 +47,10 @@ std::vector<ListedRecording> with_next_visit(const std::filesystem::path& map, L
                       .calibration = mapped.calibration,
                       .pair_tolerance_s = mapped.pair_tolerance_s,
                       .predictions = "",
+                      .tracked = mapped.is_tracked,
                       .world_from_recording = Pose::Identity()});
   }
+  next.tracked = is_tracked;
   visits.push_back(std::move(next));
   return visits;
 }

@@ -14,6 +14,7 @@ std::unique_ptr<Dataset> open_dataset(const std::string& path_or_simulation, con
                                       std::optional<double> pair_tolerance_s) {
   if (is_recording_list(path_or_simulation)) {
     return open_recording_list(path_or_simulation, calibration, pair_tolerance_s, [](const ListedRecording& r) {
+      require_posed(r);
       return open_dataset(r.recording, r.calibration, r.pair_tolerance_s);
     });
   }

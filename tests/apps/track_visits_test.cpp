@@ -82,14 +82,40 @@ TEST_F(TrackVisits, TheTrajectoryIsTheSameForAnyNumberOfThreads) {
 
 TEST_F(TrackVisits, AThirdVisitGoesOnFromTheSecondAndItsMapIsRebuilt) {
   map_first();
-  ASSERT_EQ(map_second(second_).exit_code, 0);
+  // Poses of its own, with gaps, which nobody asked for: every frame is found by what it shows.
+  write_file(second_ / "frame-000001.pose.txt", "1 0 0 9\n0 1 0 9\n0 0 1 9\n0 0 0 1\n");
+  ASSERT_EQ(map_second(second_, {"--track"}).exit_code, 0);
   const fs::path third_map = folder_ / "third.panoptic";
   const ProgramResult third = run_over(second_, {"--track", "--in", second_map().string(), "--map", third_map.string()});
   ASSERT_EQ(third.exit_code, 0) << third.err;
   EXPECT_EQ(report()["frames"]["used"], kFirstFrames + 2 * kSecondFrames);
+  std::string moved;
+  for (const std::string& line : lines_of(out_ / "trajectory.txt")) {
+    std::istringstream text(line);
+    std::string time;
+    double x = 0;
+    std::string rest;
+    text >> time >> x;
+    std::getline(text, rest);
+    moved += fmt::format("{} {}{}\n", time, x + 0.5, rest);
+  }
+  write_file(folder_ / "moved.txt", moved);
   const ProgramResult rebuilt = test::run_program(
-      {"rebuild", third_map.string(), "--poses", (out_ / "trajectory.txt").string(), "-o", (folder_ / "new.panoptic").string()});
-  EXPECT_EQ(rebuilt.exit_code, 0) << rebuilt.err;
+      {"rebuild", third_map.string(), "--poses", (folder_ / "moved.txt").string(), "-o", (folder_ / "new.panoptic").string()});
+  ASSERT_EQ(rebuilt.exit_code, 0) << rebuilt.err;
+  const int frames = kFirstFrames + 2 * kSecondFrames;
+  EXPECT_THAT(rebuilt.out, HasSubstr(fmt::format("poses     for {0} of {0} frames, {0} of them other", frames)));
+}
+
+TEST_F(TrackVisits, AnInterruptedVisitSaysHowToGoOn) {
+  map_first();
+  ASSERT_EQ(map_second(second_).exit_code, 0);
+  const ProgramResult resumed = map_second(second_, {"--resume"});
+  EXPECT_EQ(resumed.exit_code, 1);
+  expect_one_line(resumed.err, "remove it and " + second_map().string() + ".visits.toml, and run without --resume");
+  const ProgramResult plain = run_over(second_map().string() + ".visits.toml", {});
+  EXPECT_EQ(plain.exit_code, 1);
+  expect_one_line(plain.err, "its camera was tracked (tracked = true)");
 }
 
 TEST_F(TrackVisits, ACameraThatIsNeverFoundIsNoSuccess) {
