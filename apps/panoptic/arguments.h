@@ -109,6 +109,8 @@ struct Arguments {
   std::string path_to;
   std::vector<std::string> bands;
   AgentSize agent;
+  std::optional<int> agent_count;
+  AgentOptions agents;
   // batch; its list is `dataset`
   std::optional<int> jobs;  // 1, and with Slurm as many as it likes
   bool with_truth = false;

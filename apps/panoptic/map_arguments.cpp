@@ -59,6 +59,11 @@ void add_plan(CLI::App& app, Arguments& a) {
   plan->add_option("--height", a.agent.height_m, fmt::format("of whoever moves, metres, default {}", usual.height_m));
   plan->add_option("--climb", a.agent.climb_m, fmt::format("the highest step that it takes, metres, default {}", usual.climb_m));
   plan->add_option("--band", a.bands, "z0:z1, heights above the floor for a grid of their own; may be repeated");
+  CLI::Option* agents = plan->add_option("--simulate-agents", a.agent_count,
+                                         "people who live in the map for a while, 1 to 32: they walk, sit, lie (agents.json)");
+  plan->add_option("--seconds", a.agents.seconds, fmt::format("of their time, default {:g}", a.agents.seconds))->needs(agents);
+  plan->add_option("--seed", a.agents.seed, "which life they have; a whole number, default 1")->needs(agents);
+  plan->add_option("--json", a.agents.file, "file for what they did, default agents.json in the folder")->needs(agents);
   plan->footer("Write --from=-1,2,0 where the first number is negative. docs/planning.md describes the files.");
 }
 

@@ -25,6 +25,10 @@ PlanOptions options_of_plan(const Arguments& a) {
     const std::vector<double> heights = numbers_from(band, 2, "--band", ':');
     options.bands.push_back({heights[0], heights[1]});
   }
+  if (a.agent_count) {
+    options.agents = a.agents;
+    options.agents->count = *a.agent_count;
+  }
   if (a.path_from.empty()) return options;
   options.journey.emplace(Journey{.from_m = point_from(a.path_from, "--from"), .to_m = {}, .to_object = {}});
   if (is_place(a.path_to)) {
@@ -42,6 +46,11 @@ void tell_summary(const PlanSummary& summary, const std::string& folder) {
   fmt::print("walls     {} with a navigation mesh\n", summary.walls);
   if (summary.length_m) fmt::print("way       {:.2f} m, look at {}/path.png\n", *summary.length_m, folder);
   if (!summary.why_not.empty()) fmt::print("way       none: {}\n", summary.why_not);
+  if (summary.agents) {
+    const AgentTotals& all = *summary.agents;
+    fmt::print("agents    {} walked {:.0f} m, sat {} times, lay {} times, gave up {} times\n", all.agents, all.walked_m,
+               all.seats, all.beds, all.gave_up);
+  }
   fmt::print("files     {}\n", folder);
 }
 
@@ -52,6 +61,7 @@ int plan(const Arguments& a) {
   PlanOptions options = options_of_plan(a);
   check(options.agent);  // before the map is loaded
   for (const HeightBand& band : options.bands) check(band);
+  if (options.agents) check(*options.agents);
   const SavedMap saved = load_map_and_tell(a.map);
   options.up = noted_up(saved);
   PlanSummary summary;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -30,6 +31,15 @@ struct HeightBand {
   double high_m = 0;
 };
 
+// People who live in the map for a while and decide for themselves: they walk, sit and lie as those of `panoptic play` do. The
+// same options and map give the same steps.
+struct AgentOptions {
+  int count = 0;        // 1 to 32
+  double seconds = 60;  // of their time; all of them together at most 36,000
+  std::uint32_t seed = 1;
+  std::filesystem::path file;  // empty: agents.json in the folder
+};
+
 // The z-up frame of a map. It is turned no more than it takes to make up +z, and moved along z alone.
 struct UpFrame {
   Pose grid_from_world = Pose::Identity();
@@ -43,9 +53,11 @@ struct UpFrame {
 // Throws Error if the map has no surface, if there is no level surface in it, or if nothing tells which way is up.
 UpFrame up_frame(const PanopticMap& map, const std::optional<Vec3d>& up = {});
 
-// Throws Error, naming what is out of range, if no agent has this size; likewise for bands.
+// Throws Error, naming what is out of range, if no agent has this size; likewise for bands, and for how many agents live how
+// long.
 void check(const AgentSize& agent);
 void check(const HeightBand& band);
+void check(const AgentOptions& agents);
 
 // From where to where; in the world of the map, as `panoptic query` gives places.
 struct Journey {
@@ -59,6 +71,17 @@ struct PlanOptions {
   std::vector<HeightBand> bands;   // heights for grids of their own
   std::optional<Journey> journey;  // for path.json
   std::optional<Vec3d> up;         // see up_frame
+  std::optional<AgentOptions> agents;
+};
+
+// Sums over all agents.
+struct AgentTotals {
+  int agents = 0;
+  double walked_m = 0;
+  int seats = 0;       // reached, and sat on
+  int beds = 0;        // likewise
+  int gave_up = 0;     // ways that others blocked for too long
+  double stuck_s = 0;  // time in which somebody stood in their way
 };
 
 // The contents of what was written.
@@ -72,12 +95,13 @@ struct PlanSummary {
   double mesh_ms = 0;              // to make the floor's navigation mesh
   std::optional<double> length_m;  // of the path, if there is one
   std::string why_not;             // if a path was asked for and there is none
+  std::optional<AgentTotals> agents;
   std::vector<std::string> notes;  // a line each: what to know about these files
 };
 
 // Hears the name of each step before it begins, and its number from 0.
 using PlanWatch = std::function<void(const std::string& step, std::size_t number)>;
-inline constexpr std::size_t kPlanSteps = 8;
+inline constexpr std::size_t kPlanSteps = 9;
 
 // Writes the files of docs/planning.md into the folder, which it makes. Throws Error: options out of range, a map without floor,
 // a start or goal that is no place to stand, an object that is not there, a file that cannot be written.

@@ -11,6 +11,7 @@
 #include "panoptic/base/json.h"
 #include "panoptic/distance_field.h"
 #include "panoptic/home_plan.h"
+#include "panoptic/planning/agents.h"
 #include "panoptic/planning/grids.h"
 #include "panoptic/planning/ground.h"
 #include "panoptic/planning/wall_meshes.h"
@@ -39,6 +40,8 @@ Json walls_json(const std::vector<WallMesh>& walls, const UpFrame& frame);
 void write_walls(const Folder& folder, const std::vector<WallMesh>& walls, const UpFrame& frame);
 // The contents of affordances.json (docs/home_plan.md).
 Json affordances_json(const HomePlan& plan);
+// The log of agents (agents.json).
+void write_agents(const std::filesystem::path& file, const AgentsRun& run, const PlanOptions& options, const UpFrame& frame);
 // path.json; path.png is the caller's.
 void write_path(const Folder& folder, const Path& path, const Journey& journey, const UpFrame& frame);
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panoptic/planning/recast_mesh.h"
 
+#include <DetourCrowd.h>
 #include <DetourNavMesh.h>
 #include <DetourNavMeshBuilder.h>
 #include <DetourNavMeshQuery.h>
@@ -230,6 +231,21 @@ std::optional<std::vector<Vec3d>> RecastMesh::way(const Vec3d& from, const Vec3d
   return way;
 }
 
+std::optional<Vec3d> RecastMesh::nearest(const Vec3d& point, double far_m) const {
+  if (!has_polygons()) return std::nullopt;
+  const auto far = static_cast<float>(far_m);
+  const std::array<float, 3> around = {far, 1, far};
+  const std::array<float, 3> at = to_detour(point);
+  const dtQueryFilter filter;
+  dtPolyRef polygon = 0;
+  std::array<float, 3> found{};
+  state_->query->findNearestPoly(at.data(), around.data(), &filter, &polygon, found.data());
+  if (polygon == 0) return std::nullopt;
+  const Vec3d place = from_detour(found.data());
+  if ((place - point).head<2>().norm() > far_m) return std::nullopt;
+  return place;
+}
+
 std::string RecastMesh::bytes() const {
   constexpr std::int32_t kMagic = 'M' << 24 | 'S' << 16 | 'E' << 8 | 'T';
   constexpr std::int32_t kVersion = 1;
@@ -247,5 +263,59 @@ std::string RecastMesh::bytes() const {
   bytes.append(reinterpret_cast<const char*>(tile->data), static_cast<std::size_t>(tile->dataSize));
   return bytes;
 }
+
+struct RecastCrowd::State {
+  Owned<dtCrowd, dtFreeCrowd> crowd{dtAllocCrowd()};
+  double radius_m = 0;
+};
+
+RecastCrowd::RecastCrowd(const RecastMesh& mesh, std::size_t most_walkers, double radius_m) : state_(std::make_unique<State>()) {
+  PANOPTIC_ASSERT(mesh.has_polygons());
+  state_->radius_m = radius_m;
+  const bool done = state_->crowd->init(static_cast<int>(most_walkers), static_cast<float>(radius_m), mesh.state_->mesh.get());
+  require(done, "Detour's crowd");
+}
+
+RecastCrowd::RecastCrowd(RecastCrowd&&) noexcept = default;
+RecastCrowd& RecastCrowd::operator=(RecastCrowd&&) noexcept = default;
+RecastCrowd::~RecastCrowd() = default;
+
+std::optional<RecastCrowd::Walker> RecastCrowd::enter(const Vec3d& at, const WalkRules& rules) {
+  dtCrowdAgentParams p{};
+  p.radius = static_cast<float>(rules.radius_m), p.height = static_cast<float>(rules.height_m);
+  p.maxAcceleration = static_cast<float>(rules.acceleration_m_s2), p.maxSpeed = static_cast<float>(rules.speed_m_s);
+  p.collisionQueryRange = static_cast<float>(rules.looks_m);
+  p.pathOptimizationRange = static_cast<float>(rules.optimizes_m);
+  p.separationWeight = static_cast<float>(rules.separation);
+  p.updateFlags = DT_CROWD_ANTICIPATE_TURNS | DT_CROWD_OBSTACLE_AVOIDANCE | DT_CROWD_SEPARATION;
+  const int walker = state_->crowd->addAgent(to_detour(at).data(), &p);
+  if (walker < 0) return std::nullopt;
+  return walker;
+}
+
+void RecastCrowd::leave(Walker walker) { state_->crowd->removeAgent(walker); }
+
+void RecastCrowd::go(Walker walker, const Vec3d& to) {
+  const dtNavMeshQuery& query = *state_->crowd->getNavMeshQuery();
+  dtPolyRef polygon = 0;
+  std::array<float, 3> at{};
+  query.findNearestPoly(to_detour(to).data(), state_->crowd->getQueryHalfExtents(), state_->crowd->getFilter(0), &polygon,
+                        at.data());
+  if (polygon != 0) state_->crowd->requestMoveTarget(walker, polygon, at.data());
+}
+
+void RecastCrowd::stop(Walker walker) { state_->crowd->resetMoveTarget(walker); }
+
+Vec3d RecastCrowd::place(Walker walker) const { return from_detour(state_->crowd->getAgent(walker)->npos); }
+
+bool RecastCrowd::is_clear(const Vec3d& at, std::optional<Walker> own) const {
+  for (int i = 0; i < state_->crowd->getAgentCount(); ++i) {
+    if (!state_->crowd->getAgent(i)->active || own == i) continue;
+    if ((place(i) - at).head<2>().norm() <= 2 * state_->radius_m) return false;
+  }
+  return true;
+}
+
+void RecastCrowd::step(double seconds) { state_->crowd->update(static_cast<float>(seconds), nullptr); }
 
 }  // namespace panoptic

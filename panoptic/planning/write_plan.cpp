@@ -12,6 +12,7 @@
 #include "panoptic/base/image_io.h"
 #include "panoptic/error.h"
 #include "panoptic/planning.h"
+#include "panoptic/planning/agent_rules.h"
 #include "panoptic/planning/home_plan.h"
 #include "panoptic/planning/octomap_file.h"
 #include "panoptic/planning/plan_files.h"
@@ -30,6 +31,7 @@ void require_range(const char* name, double value, double low, double high) {
 
 void check_all(const PanopticMap& map, const PlanOptions& options) {
   check(options.agent);
+  if (options.agents) check(*options.agents);
   std::map<std::string, int> names;
   for (const HeightBand& band : options.bands) {
     check(band);
@@ -73,6 +75,9 @@ class Planner {
     make_ground();
     next("way");
     if (options_.journey) find_way();  // before anything is written: the start may be no place to stand
+    if (options_.agents && !mesh_->has_polygons()) {
+      throw Error("agents cannot live in this map: nowhere on its floor is there room for one of this size");
+    }
     require_writable_folder(folder_);
     remove_old_way();
     next("grids");
@@ -86,7 +91,10 @@ class Planner {
     write_walls(folder_, walls, summary_.frame);
     summary_.walls = walls.size();
     next("rooms");
-    write_home_plan(plan_home(map_, surface_, summary_.frame.grid_from_world), map_.labels, folder_);
+    const HomePlan home = plan_home(map_, surface_, summary_.frame.grid_from_world);
+    write_home_plan(home, map_.labels, folder_);
+    next("agents");
+    if (options_.agents) let_agents_live(home);
     return std::move(summary_);
   }
 
@@ -161,6 +169,14 @@ class Planner {
     write_file(folder_ / "octomap.bt", octomap_bytes(values, summary_.cell_m));
   }
 
+  void let_agents_live(const HomePlan& home) {
+    const AgentsRun run = let_live(*mesh_, home, options_.agent, *options_.agents);
+    summary_.agents = run.totals();
+    summary_.notes.insert(summary_.notes.end(), run.notes.begin(), run.notes.end());
+    const Folder& file = options_.agents->file;
+    write_agents(file.empty() ? folder_ / "agents.json" : file, run, options_, summary_.frame);
+  }
+
   const Folder& folder_;
   const PanopticMap& map_;
   const PlanOptions& options_;
@@ -192,6 +208,17 @@ void check(const HeightBand& band) {
     throw Error(fmt::format("a band of heights from {} to {} m: it takes two heights within {:g} m, the lower one first",
                             band.low_m, band.high_m, kFarthest_m));
   }
+}
+
+void check(const AgentOptions& agents) {
+  constexpr double kMostTogether_s = 36000;
+  if (agents.count < 1 || agents.count > agent_rules::kMostAgents) {
+    throw Error(fmt::format("{} agents: it takes 1 to {}", agents.count, agent_rules::kMostAgents));
+  }
+  const double most_s = kMostTogether_s / agents.count;
+  if (agents.seconds > 0 && agents.seconds <= most_s) return;
+  throw Error(fmt::format("{} agents for {} s: it takes more than 0, and at most {:g} s for so many", agents.count,
+                          agents.seconds, std::floor(most_s)));
 }
 
 PlanSummary write_plan(const std::filesystem::path& folder, const PanopticMap& map, const PlanOptions& options,

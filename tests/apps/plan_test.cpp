@@ -186,6 +186,35 @@ TEST(Plan, TheProgramLeadsToAThingAndWritesItsFiles) {
   }
 }
 
+TEST(Plan, PeopleLiveInTheMapAndTheSameSeedGivesTheSameLife) {
+  const fs::path out = test::fresh_folder("lived");
+  const auto live = [&](const std::string& file) {
+    const ProgramResult result = run_program({"plan", home().path().string(), "-o", out.string(), "--simulate-agents", "2",
+                                              "--seconds", "20", "--seed", "7", "--json", (out / file).string()});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("agents    2 walked"));
+    return read_json_file(out / file);
+  };
+  const Json life = live("first.json");
+  EXPECT_EQ(life.dump(), live("second.json").dump());
+  ASSERT_EQ(life["agents"].size(), 2U);
+  Eigen::Matrix4d world_from_grid;
+  for (int i = 0; i < 16; ++i) world_from_grid(i / 4, i % 4) = life["world_from_grid"][i / 4][i % 4].get<double>();
+  const Pose home_from_grid = home().grid_from_home().inverse();
+  EXPECT_TRUE((home().world({1, 2}) - Pose(world_from_grid) * (home().grid_from_home() * Vec3d(1, 2, 0))).isZero(1e-6));
+  for (const Json& one : life["agents"]) {
+    ASSERT_EQ(one["samples"].size(), 201U);
+    for (const Json& sample : one["samples"]) {
+      const auto p = sample["position"].get<std::vector<double>>();
+      const std::string state = sample["state"].get<std::string>();
+      if (state != "walking" && state != "standing" && state != "turning") continue;
+      const Vec3d at = home_from_grid * Vec3d(p[0], p[1], p[2]);
+      ASSERT_NEAR(at.z(), 0, 0.03);
+      ASSERT_GE(home().truth().clearance_m(at.head<2>()), kRadius_m - 0.024 - HomeTruth::kCell_m / 2);
+    }
+  }
+}
+
 TEST(Plan, WrongQuestionsAreToldInOneLine) {
   const fs::path out = test::fresh_folder("wrong") / "none";
   const std::string from = "--from=" + text_of(free_place());
@@ -206,6 +235,11 @@ TEST(Plan, WrongQuestionsAreToldInOneLine) {
   EXPECT_THAT(refused({"--height=-3"}, 1), HasSubstr("a height"));
   EXPECT_THAT(refused({"--band", "1:0.2"}, 1), HasSubstr("the lower one first"));
   EXPECT_THAT(refused({"--band", "1"}, 2), HasSubstr("colons"));
+  EXPECT_THAT(refused({"--simulate-agents", "0"}, 1), HasSubstr("1 to 32"));
+  EXPECT_THAT(refused({"--simulate-agents", "5", "--seconds", "nan"}, 1), HasSubstr("more than 0"));
+  EXPECT_THAT(refused({"--simulate-agents", "5", "--seconds", "8000"}, 1), HasSubstr("at most 7200 s"));
+  EXPECT_THAT(refused({"--simulate-agents", "5", "--radius", "2"}, 1), HasSubstr("agents cannot live in this map"));
+  EXPECT_THAT(refused({"--seconds", "8"}, 2), HasSubstr("--simulate-agents"));
 }
 
 }  // namespace

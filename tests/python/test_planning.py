@@ -32,7 +32,7 @@ def written():
     folder = scratch() / "plan"
     steps = []
     summary = pf.write_plan(folder, mapped().map, bands=[(0.6, 0.9)], progress=lambda *step: steps.append(step))
-    assert steps == [(i, 8) for i in range(9)], steps
+    assert steps == [(i, 9) for i in range(10)], steps
     return folder, summary
 
 

@@ -6,16 +6,9 @@
 import { Vector3 } from 'three';
 import { bending, ease, lying, mix, resting, shuffling, sitting, standing, stride_of, walking } from './pose.js';
 import { edges_of, spots_before } from './places.js';
+import rules from './rules.json' with { type: 'json' };
 
-const kTurn_rad_s = 3.4;
-const kTurnWalking_rad_s = 5.5;
-const kArrived_m = 0.07;
-const kPatience_s = 12;     // without getting on: then it gives up
-const kStuck_s = 0.8;
-const kSitDown_s = 1.5;
-const kLieDown_s = 1.7;
 const kMoving_m_s = 0.06;
-const kMost_m_s = 1.05;
 
 const wrapped = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));
 const heading_of = ([x, , z]) => Math.atan2(x, z);
@@ -31,6 +24,7 @@ export class Actor {
   #shape;
   #floor;
   #agent;
+  #most_m_s;
   #seed;
   #time_s = 0;
   #in_state_s = 0;
@@ -48,7 +42,9 @@ export class Actor {
     this.place = [...at];
     this.heading = heading;
     this.pose = standing(shape);
-    this.#agent = floor.enter(at, kMost_m_s * (0.85 + 0.15 * ((seed * 0.37) % 1)));
+    const { speed_m_s, slowest_share } = rules.walk;
+    this.#most_m_s = speed_m_s * (slowest_share + (1 - slowest_share) * ((seed * 0.37) % 1));
+    this.#agent = floor.enter(at, this.#most_m_s);
     if (!this.#agent) throw new Error('there is no room for one more figure');
   }
 
@@ -63,7 +59,7 @@ export class Actor {
 
   // Whether somebody stands in its way.
   get is_stuck() {
-    return this.state === 'walking' && this.#stuck_s > kStuck_s;
+    return this.state === 'walking' && this.#stuck_s > rules.stuck_s;
   }
 
   // Each returns false, and changes nothing, if there is no way.
@@ -81,7 +77,7 @@ export class Actor {
     for (const edge of edges_of(bed)) {
       const spot = this.#spot_before(edge);
       if (spot === null) continue;
-      const head = 0.035 * this.#shape.height;  // the pelvis is a little above the middle of the body
+      const head = rules.bed.head_share * this.#shape.height;  // the pelvis is a little above the middle of the body
       const at = [bed.at[0] + head * bed.axis[0], 0, bed.at[2] + head * bed.axis[2]];
       return this.#begin({ kind: 'bed', bed, spot, at: [edge.at[0], 0, edge.at[2]], facing: heading_of(edge.facing), height: bed.height,
         lying_at: at, lying_heading: heading_of(bed.axis.map((value) => -value)) });
@@ -106,7 +102,7 @@ export class Actor {
   #rise() {
     const { spot } = this.goal;
     if (!this.#floor.is_clear(spot)) return false;
-    this.#agent = this.#floor.enter(spot);
+    this.#agent = this.#floor.enter(spot, this.#most_m_s);
     if (!this.#agent) return false;
     this.#set('standing up');
     return true;
@@ -127,11 +123,12 @@ export class Actor {
 
   #spot_before(seat) {
     for (const { at } of spots_before(seat)) {
-      const near = this.#floor.nearest(at, 0.09);
+      const near = this.#floor.nearest(at, rules.spots.off_m);
       if (near !== null && this.#is_clear(near) && this.#reaches(near)) return near;
     }
-    const near = this.#floor.nearest([seat.at[0] + 0.4 * seat.facing[0], 0, seat.at[2] + 0.4 * seat.facing[2]], 0.8);
-    return near !== null && apart(near, seat.at) < 0.95 && this.#is_clear(near) && this.#reaches(near) ? near : null;
+    const { ahead_m, off_m, farthest_m } = rules.any_spot;
+    const near = this.#floor.nearest([seat.at[0] + ahead_m * seat.facing[0], 0, seat.at[2] + ahead_m * seat.facing[2]], off_m);
+    return near !== null && apart(near, seat.at) < farthest_m && this.#is_clear(near) && this.#reaches(near) ? near : null;
   }
 
   #begin(goal) {
@@ -175,7 +172,7 @@ export class Actor {
     const speed = length / passed_s;
     this.#speed += (speed - this.#speed) * Math.min(1, 10 * passed_s);
     const wanted = facing ?? (speed > 0.12 ? heading_of(way) : this.heading);
-    const most = (facing === null ? kTurnWalking_rad_s : kTurn_rad_s) * passed_s;
+    const most = (facing === null ? rules.turn_walking_rad_s : rules.turn_rad_s) * passed_s;
     const turn = Math.max(-most, Math.min(most, wrapped(wanted - this.heading) * Math.min(1, 9 * passed_s)));
     this.heading = wrapped(this.heading + turn);
     this.#phase += length / stride_of(this.#shape, this.#speed) + (0.16 * Math.abs(turn));
@@ -192,8 +189,8 @@ export class Actor {
     const speed = this.#on_feet(passed_s);
     const left = apart(this.place, this.goal.spot);
     this.#stuck_s = speed < 0.05 ? this.#stuck_s + passed_s : Math.max(0, this.#stuck_s - 2 * passed_s);
-    if (left < kArrived_m || (left < 0.3 && this.#stuck_s > 1)) return this.#arrive(left);
-    if (this.#stuck_s > kPatience_s) return this.#give_up();
+    if (left < rules.arrived_m || (left < 0.3 && this.#stuck_s > 1)) return this.#arrive(left);
+    if (this.#stuck_s > rules.patience_s) return this.#give_up();
     return null;
   }
 
@@ -246,7 +243,7 @@ export class Actor {
   }
 
   #sit_down() {
-    const t = this.#in_state_s / kSitDown_s;
+    const t = this.#in_state_s / rules.sit_down_s;
     this.#between_seat_and_spot(Math.min(1, t), sitting(this.#shape, this.goal.height));
     if (t < 1) return;
     this.leave();
@@ -268,7 +265,7 @@ export class Actor {
   }
 
   #lie_down() {
-    const t = this.#in_state_s / kLieDown_s;
+    const t = this.#in_state_s / rules.lie_down_s;
     this.#swing_onto_bed(Math.min(1, t));
     if (t >= 1) this.#set('lying');
   }
@@ -279,13 +276,13 @@ export class Actor {
   }
 
   #get_up() {
-    const t = this.#in_state_s / kLieDown_s;
+    const t = this.#in_state_s / rules.lie_down_s;
     this.#swing_onto_bed(Math.max(0, 1 - t));
     if (t >= 1) this.#rise();  // or waits on the edge
   }
 
   #stand_up() {
-    const t = this.#in_state_s / kSitDown_s;
+    const t = this.#in_state_s / rules.sit_down_s;
     this.#between_seat_and_spot(Math.max(0, 1 - t), sitting(this.#shape, this.goal.height));
     if (t < 1) return;
     this.place = this.#agent.place();

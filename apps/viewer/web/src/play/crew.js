@@ -8,14 +8,9 @@ import { Actor } from './actor.js';
 import { Floor, kStep_s, Mesh } from './ground.js';
 import { Insect } from './insect.js';
 import { places_of } from './places.js';
+import rules from './rules.json' with { type: 'json' };
 import { random_of, shape_of } from './shape.js';
 
-const kHeights_m = [1.6, 1.68, 1.55, 1.64, 1.58, 1.66];
-const kTries = 24;
-const kApart_m = 0.7;
-const kBored_s = [1.5, 4];
-const kSits_s = [6, 16];
-const kInTheWay_m = 0.8;
 const kMostLate_s = 0.25;
 
 const turned = (rows) => new Matrix4().set(...rows.flat());
@@ -53,16 +48,16 @@ export class Crew {
   // Somewhere on the floor, away from the others; null if there is no room.
   add_person(near = null) {
     let at = near ? this.floor.nearest(near, 0.6) : null;
-    for (let i = 0; i < kTries && at === null; ++i) {
+    for (let i = 0; i < rules.tries && at === null; ++i) {
       const found = this.floor.random();
-      const roomy = found && this.#is_roomy(found) && this.people.every(({ actor }) => distance(actor.place, found) > kApart_m);
+      const roomy = found && this.#is_roomy(found) && this.people.every(({ actor }) => distance(actor.place, found) > rules.apart_m);
       if (roomy) at = found;
     }
     if (at === null) return null;
     const number = this.#made++;
-    const shape = shape_of(kHeights_m[number % kHeights_m.length]);
+    const shape = shape_of(rules.heights_m[number % rules.heights_m.length]);
     const actor = new Actor(shape, this.floor, at, { heading: this.#random() * 2 * Math.PI, seed: number });
-    const person = { actor, shape, number, wait_s: this.#between(kBored_s) };
+    const person = { actor, shape, number, wait_s: this.#between(rules.bored_s) };
     this.people.push(person);
     return person;
   }
@@ -106,33 +101,38 @@ export class Crew {
     if (!['standing', 'sitting', 'lying'].includes(actor.state)) return;
     person.wait_s -= passed_s;
     if (person.wait_s > 0) return;
-    person.wait_s = this.#between(kBored_s);
+    person.wait_s = this.#between(rules.bored_s);
     if (actor.state !== 'standing') return void actor.stand();
     const dice = this.#random();
-    if (dice < 0.4) return this.#take(person, this.places.seats, (seat) => actor.sit(seat));
-    if (dice < 0.52) return this.#take(person, this.places.beds, (bed) => actor.lie(bed));
+    if (dice < rules.sits_share) return this.#take(person, this.places.seats, (seat) => actor.sit(seat));
+    if (dice < rules.sits_share + rules.lies_share) return this.#take(person, this.places.beds, (bed) => actor.lie(bed));
     const to = this.floor.random();
     if (to) actor.go(to);
   }
 
-  // Who stands in somebody's way steps aside.
+  // Who stands in somebody's way steps aside, and of two who block each other the one who came later.
   #make_way() {
-    for (const { actor } of this.people) {
-      if (!actor.is_stuck) continue;
-      for (const other of this.people) {
-        if (other.actor === actor || other.actor.state !== 'standing' || distance(other.actor.place, actor.place) > kInTheWay_m) continue;
-        for (let i = 0; i < kTries; ++i) {
-          const to = this.floor.random();
-          if (to && distance(to, other.actor.place) < 3 && distance(to, actor.place) > 1 && other.actor.go(to)) break;
-        }
-      }
+    this.people.forEach(({ actor }, i) => {
+      if (!actor.is_stuck) return;
+      this.people.forEach(({ actor: other }, k) => {
+        const yields = k !== i && (other.state === 'standing' || (k > i && other.is_stuck));
+        if (yields && distance(other.place, actor.place) <= rules.in_the_way_m) this.#step_aside(other, actor.place);
+      });
+    });
+  }
+
+  #step_aside(actor, from) {
+    const [least_m, most_m] = rules.aside_m;
+    for (let i = 0; i < rules.tries; ++i) {
+      const to = this.floor.random();
+      if (to && distance(to, actor.place) < most_m && distance(to, from) > least_m && actor.go(to)) return;
     }
   }
 
   #take(person, places, act) {
     const free = places.filter((place) => this.is_free(place));
     if (free.length === 0) return;
-    if (act(free[Math.floor(this.#random() * free.length)])) person.wait_s = this.#between(kSits_s);
+    if (act(free[Math.floor(this.#random() * free.length)])) person.wait_s = this.#between(rules.rests_s);
   }
 
   // In steps of one length, so that the same calls give the same motion.

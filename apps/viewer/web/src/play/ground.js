@@ -3,10 +3,13 @@
 //
 // Where figures can go: the one seam to Recast and Detour as WebAssembly. Points are [x, y, z] in Detour's axes.
 import { Crowd, importNavMesh, init, NavMeshQuery } from 'recast-navigation';
+import rules from './rules.json' with { type: 'json' };
 
-const kAgent = { radius: 0.2, height: 1.6, maxAcceleration: 5, maxSpeed: 1.05, collisionQueryRange: 1.8, pathOptimizationRange: 5, separationWeight: 1.2 };
-const kMostAgents = 32;
-export const kStep_s = 1 / 60;
+const { walk } = rules;
+const kAgent = { radius: walk.radius_m, height: walk.height_m, maxAcceleration: walk.acceleration_m_s2, maxSpeed: walk.speed_m_s, collisionQueryRange: walk.looks_m,
+  pathOptimizationRange: walk.optimizes_m, separationWeight: walk.separation };
+const kMostAgents = rules.most_agents;
+export const kStep_s = 1 / rules.steps_per_s;
 
 let ready = null;
 export const start_recast = () => (ready ??= init());

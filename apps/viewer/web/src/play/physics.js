@@ -7,6 +7,7 @@ import RAPIER from '@dimforge/rapier3d-compat';
 import { kThings } from './things.js';
 
 const kStep_s = 1 / 120;
+const kMostLate_s = 0.25;
 const kMostThings = 40;
 const kLost_m = -3;  // below the floor: it fell out of the map
 
@@ -81,7 +82,7 @@ export class Physics {
 
   // Returns whether anything moves.
   step(passed_s) {
-    this.#late_s = Math.min(0.1, this.#late_s + passed_s);
+    this.#late_s = Math.min(kMostLate_s, this.#late_s + passed_s);
     for (; this.#late_s >= kStep_s; this.#late_s -= kStep_s) this.#world.step();
     return this.#things.some((thing) => thing !== null && !thing.body.isSleeping());
   }

@@ -3,6 +3,8 @@
 //
 // Seats, places to lie and table tops of affordances.json in the frame of the figures: Detour's axes (x, z, -y), y is up; and which
 // of them is meant by a point of the surface.
+import rules from './rules.json' with { type: 'json' };
+
 const turned = ([x, y, z]) => [x, z, -y];
 
 export function places_of(affordances) {
@@ -44,10 +46,10 @@ export function meant(places, id, at, free = () => true) {
 export function spots_before(seat) {
   const [fx, , fz] = seat.facing;
   const spots = [];
-  for (const distance of [0.42, 0.5, 0.6, 0.72, 0.85]) {
-    for (const turn of [0, 0.4, -0.4, 0.8, -0.8, 1.3, -1.3]) {
+  for (const distance of rules.spots.distances_m) {
+    for (const turn of rules.spots.turns_rad) {
       const [c, s] = [Math.cos(turn), Math.sin(turn)];
-      spots.push({ at: [seat.at[0] + distance * (c * fx + s * fz), 0, seat.at[2] + distance * (c * fz - s * fx)], cost: distance + 0.35 * Math.abs(turn) });
+      spots.push({ at: [seat.at[0] + distance * (c * fx + s * fz), 0, seat.at[2] + distance * (c * fz - s * fx)], cost: distance + rules.spots.turn_costs_m * Math.abs(turn) });
     }
   }
   return spots.sort((a, b) => a.cost - b.cost);
@@ -59,7 +61,7 @@ export function edges_of(bed) {
   const out = [[az, 0, -ax], [-az, 0, ax], [-ax, 0, -az]];
   return out.map(([x, , z], i) => {
     const half = i < 2 ? bed.width / 2 : bed.length / 2;
-    const inward = Math.max(0, half - 0.18);
+    const inward = Math.max(0, half - rules.bed.edge_m);
     return { at: [bed.at[0] + inward * x, bed.height, bed.at[2] + inward * z], facing: [x, 0, z], height: bed.height };
   });
 }

@@ -16,6 +16,7 @@ import { PlayPanel } from './play_panel.js';
 import { SolidWorld } from './solid_world.js';
 
 const kLongestStep_s = 0.25;
+const kPiece_s = 0.1;  // things and people move by turns
 const kFirstPeople = 2;
 const kFirstInsects = 2;
 const kPushed_m_s = 0.75;
@@ -122,8 +123,8 @@ export class Play {
   }
 
   // Finds what is under a pixel of the canvas: {direction, surface: {id, place, distance}, figure: {key, distance}}, each null where there
-  // is none; null beside the picture of the camera view.
-  #under(x_px, y_px) {
+  // is none; null beside the picture of the camera view. `wanted` says by the figure whether the surface matters.
+  #under(x_px, y_px, wanted = () => true) {
     const { stage, pick } = this.#page;
     const { clientWidth: width, clientHeight: height } = stage.canvas;
     const film = this.#film.shown ? this.#film.aim(x_px, y_px, width, height) : null;
@@ -132,9 +133,10 @@ export class Play {
     const aim = film ? new Vector2(film.x, film.y) : new Vector2((2 * x_px) / width - 1, 1 - (2 * y_px) / height);
     caster.setFromCamera(aim, film?.camera ?? stage.camera);
     caster.layers.set(kFiguresLayer);
-    const surface = pick(x_px, y_px, film);
+    const figure = this.#view.hit(caster);
+    const surface = wanted(figure) ? pick(x_px, y_px, film) : null;
     if (surface) surface.distance = caster.ray.origin.distanceTo(surface.place);
-    return { direction: caster.ray.direction, surface, figure: this.#view.hit(caster) };
+    return { direction: caster.ray.direction, surface, figure };
   }
 
   // A click on the canvas, in its pixels.
@@ -146,10 +148,11 @@ export class Play {
     if (surface) this.#send(surface, lie || this.#lie);
   }
 
-  // For those who check: how far a figure and the surface are under pixels [x, y] of the canvas, in metres, null where there is none.
+  // For those who check: how far a figure, and the surface there, are under pixels [x, y] of the canvas, in metres, null where there
+  // is no figure.
   distances(pixels) {
     return pixels.map(([x, y]) => {
-      const under = this.#under(x, y);
+      const under = this.#under(x, y, (figure) => figure !== null);
       return { figure_m: under?.figure?.distance ?? null, surface_m: under?.surface?.distance ?? null };
     });
   }
@@ -222,11 +225,14 @@ export class Play {
     return true;
   }
 
-  // Also for those who check: moves everything on by so much time.
+  // Also for those who check: moves everything on by so much time, things as long as people.
   advance(passed_s) {
-    for (let left = passed_s; left > 0; left -= kLongestStep_s) this.crew.update(Math.min(left, kLongestStep_s));
+    for (let left_s = passed_s; left_s > 0; left_s -= kPiece_s) {
+      const piece_s = Math.min(left_s, kPiece_s);
+      this.crew.update(piece_s);
+      this.#solid.step(piece_s, this.crew.people.map(({ actor }) => actor.place));
+    }
     this.#solid.set_down(this.crew.insects);
-    this.#solid.step(passed_s, this.crew.people.map(({ actor }) => actor.place));
     this.#view.update(this.crew, this.#chosen, this.#solid.things, !this.#film.shown);
   }
 
