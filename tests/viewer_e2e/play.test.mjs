@@ -261,7 +261,7 @@ test('Play: in the camera view the depth of the map hides figures, pixel by pixe
   for (let place = 0; place < 150 && (count.seen < 60 || count.hidden < 10); place += 14) {
     await viewer.page.evaluate((n) => globalThis.panoptic_play.show_frame(n), place);
     if (!(await stand_in_view(place))) continue;
-    await viewer.page.evaluate(() => { globalThis.panoptic_play.active = false; });  // who breathes holds it
+    await viewer.page.evaluate(() => { globalThis.panoptic_play.advance(0); globalThis.panoptic_play.active = false; });  // nobody breathes
     const pixels = clear_pixels(...await pictures_of_a_moment());
     const distances = await viewer.page.evaluate((at) => globalThis.panoptic_play.distances(at), pixels);
     distances.forEach(({ figure_m, surface_m }, i) => {
@@ -305,22 +305,32 @@ for (const colorScheme of ['light', 'dark']) {
   });
 }
 
-test('Play: five people are drawn several times a second without a graphics card', async (t) => {
-  const pictures_per_s = await viewer.page.evaluate(async () => {
+// How often that is depends on the machine and on what else it does; how the parts compare does not.
+test('Play: five people are moved in milliseconds, and drawn in less time than their home', async (t) => {
+  const found = await viewer.page.evaluate(async () => {
     const play = globalThis.panoptic_play;
     play.clear();
     for (let i = 0; i < 5; ++i) play.add_person();
     const [{ actor: { place: [x, , z] } }] = play.crew.people;
     play.look([x + 2, 1.8, z + 2], [x, 0.8, z]);
     play.toggle('alone', true);
+    const gl = document.querySelector('canvas#surface').getContext('webgl2');
+    const ms_of = (act) => { const began_ms = performance.now(); act(); return performance.now() - began_ms; };
+    const draw = (shown) => ms_of(() => {
+      play.show_figures(shown);
+      play.picture_now();
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until it is drawn
+    });
+    const rounds = Array.from({ length: 9 }, () => ({ move: ms_of(() => play.advance(1 / 30)), without: draw(false), whole: draw(true) }));
+    const middle = (name) => rounds.map((round) => round[name]).sort((a, b) => a - b)[4];
     const began_ms = performance.now();
     let pictures = 0;
-    for (; performance.now() - began_ms < 6000; ++pictures) await play.drawn();
+    for (; performance.now() - began_ms < 5000; ++pictures) await play.drawn();
     play.toggle('alone', false);
-    return (1000 * pictures) / (performance.now() - began_ms);
+    return { move_ms: middle('move'), without_ms: middle('without'), whole_ms: middle('whole'), pictures_per_s: (1000 * pictures) / (performance.now() - began_ms) };
   });
-  t.diagnostic(`${pictures_per_s.toFixed(1)} pictures per second`);
-  assert.ok(pictures_per_s > 3, `${pictures_per_s}`);  // other tests may run beside it
+  t.diagnostic(JSON.stringify(found));
+  assert.ok(found.move_ms < 10 && found.whole_ms < 2 * found.without_ms, JSON.stringify(found));
 });
 
 test('Play: a saved page plays from the disk', async () => {
