@@ -32,7 +32,7 @@ struct StatedObject {
   std::string state;
   bool has_appeared = false;
   std::optional<std::uint32_t> moved_from;
-  Eigen::AlignedBox3d box;
+  Eigen::AlignedBox3d box;  // moved so that its middle is that of the surface: a few voxels far off shift a box, but not that
 };
 
 StatedObject object_in(const JsonValue& entry) {
@@ -49,6 +49,8 @@ StatedObject object_in(const JsonValue& entry) {
   if (const JsonValue box = entry.at("box"); !box.is_null()) {
     object.box = {box.at("min_m").point(), box.at("max_m").point()};
   }
+  const auto middle = entry.find("centroid_m");
+  if (middle && !object.box.isEmpty()) object.box.translate(middle->point() - object.box.center());
   return object;
 }
 

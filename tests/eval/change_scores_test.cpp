@@ -156,6 +156,13 @@ TEST(ChangeScores, ClaimsAreReadFromTheObjectsOfARun) {
   EXPECT_EQ(claims.moved[0].new_box->min(), Vec3d(3, 0, 0));
 }
 
+TEST(ChangeScores, AClaimIsWhereTheMiddleOfItsSurfaceIs) {
+  const std::filesystem::path folder = fresh_folder();
+  write_file(folder / "objects.json", std::string_view(R"({"objects": [{"id": 50, "class": "chair", "state": "gone",
+    "box": {"min_m": [0, 0, 0], "max_m": [4, 0.5, 1]}, "centroid_m": [0.25, 0.25, 0.5]}]})"));
+  EXPECT_EQ(count_changes({gone("chair", box_at(0, 0))}, claimed_changes(folder).gone, false).found, 1U);
+}
+
 TEST(ChangeScores, ARunWithoutStatesIsRefused) {
   const std::filesystem::path folder = fresh_folder();
   write_file(folder / "objects.json",
