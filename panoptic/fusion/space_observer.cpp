@@ -22,6 +22,8 @@ namespace {
 constexpr double kMoved_m = 0.05;
 constexpr double kTurned_deg = 3;
 constexpr std::uint64_t kFramesAtRest = 10;
+// Views that saw a cell empty before something came up there: one may err, two seldom err in the same way.
+constexpr int kFreeViews = 2;
 
 // Depth cameras lose pixels at every edge; what gives no reading at all is wider.
 constexpr float kMostMissing = 0.25F;
@@ -223,7 +225,7 @@ void SpaceObserver::note_coming_up(BlockIndex block, std::uint64_t cells, const 
   const SpaceChunk::Cells* known = space.cells_of(block);
   for (; known != nullptr && cells != 0; cells &= cells - 1) {
     const int n = std::countr_zero(cells);
-    if (evidence_of((*known)[static_cast<std::size_t>(n)]) >= kSureViews) came_up_.push_back(cell_of(block, n));
+    if (evidence_of((*known)[static_cast<std::size_t>(n)]) >= kFreeViews) came_up_.push_back(cell_of(block, n));
   }
 }
 

@@ -36,7 +36,7 @@ class SpaceObserver {
   // the voxels that are to be cleared, good until the next call.
   const std::vector<CarvedVoxels>& see(const Frame& frame, const RegisteredFrame& registered, std::uint64_t time,
                                        std::span<const CellIndex> settled, PanopticMap& map);
-  // Cells that were known to be free, and in which the last frame saw something.
+  // Cells that two views or more had seen to be empty, and in which the last frame saw something.
   const std::vector<CellIndex>& came_up() const { return came_up_; }
 
  private:

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -17,6 +18,11 @@ namespace {
 
 // Two boxes of one thing seen from other sides differ by as much along an edge.
 constexpr double kLeastAlike = 0.5;
+constexpr double kLeastArea_m2 = 0.02;   // two hands: masks that miss leave smaller crumbs
+constexpr double kLeastFilled = 0.25;    // of the largest side of its box: a chair fills half of it
+constexpr double kBeside_m = 0.1;        // so near to a floor or a wall nothing is known to be free
+constexpr std::uint64_t kLeastCame = 8;  // one part in so many: a thing that was always there has 3 % in free space, by errors
+constexpr std::int64_t kAtOnce = 30;     // frames from when a thing is first seen to when it is known to stand in free space
 
 bool is_surface(const Brick& brick, int voxel, float voxel_size_m) {
   if ((brick.stored() >> voxel & 1) == 0) return false;
@@ -65,33 +71,100 @@ ExtentBox trimmed_box(std::vector<VoxelIndex> voxels, double voxel_m) {
   return box;
 }
 
+// The voxels of the part that hangs together, brick by brick, and is most of them; none if there is no such part. Masks that miss
+// leave crumbs elsewhere.
+std::vector<VoxelIndex> main_part(const std::vector<VoxelIndex>& voxels) {
+  std::map<CellIndex, std::vector<VoxelIndex>> bricks;
+  for (const VoxelIndex& at : voxels) bricks[{at[0] >> 2, at[1] >> 2, at[2] >> 2}].push_back(at);
+  std::vector<VoxelIndex> largest;
+  while (!bricks.empty()) {
+    std::vector<VoxelIndex> part;
+    std::vector<CellIndex> queue{bricks.begin()->first};
+    for (std::size_t n = 0; n < queue.size(); ++n) {
+      const CellIndex cell = queue[n];
+      const auto brick = bricks.find(cell);
+      if (brick == bricks.end()) continue;
+      part.insert(part.end(), brick->second.begin(), brick->second.end());
+      bricks.erase(brick);
+      for (int k = 0; k < kNeighbours; ++k) {
+        const BlockIndex step = step_to(k);
+        const CellIndex beside{cell[0] + step.x, cell[1] + step.y, cell[2] + step.z};
+        if (bricks.contains(beside)) queue.push_back(beside);
+      }
+    }
+    if (part.size() > largest.size()) largest = std::move(part);
+  }
+  if (2 * largest.size() <= voxels.size()) largest.clear();
+  return largest;
+}
+
+// The middle of the voxel lies in the box, made so much wider at each side.
+bool is_inside(const ExtentBox& box, const VoxelIndex& at, double voxel_m, double wider_m) {
+  const Vec3d middle_m = (Vec3d(at[0], at[1], at[2]) + Vec3d::Constant(0.5)) * voxel_m;
+  return ((middle_m - box.min_m).array() > -wider_m).all() && ((box.max_m - middle_m).array() > -wider_m).all();
+}
+
 // Two views from different places looked through the voxel, and none has seen a surface there since.
 bool is_doubted(const FreeSpaceMap& space, const CellIndex& cell, int voxel) {
   const Doubt* doubt = space.doubt(cell);
   return doubt != nullptr && ((doubt->count[1] | doubt->count[2]) >> voxel & 1) != 0;
 }
 
+// Views see nothing there: it is doubted, or in a cell that is free.
+bool is_seen_empty(const FreeSpaceMap& space, const VoxelIndex& at) {
+  const CellIndex cell{at[0] >> 2, at[1] >> 2, at[2] >> 2};
+  const SpaceChunk::Cells* cells = space.cells_of(block_of(cell));
+  if (cells != nullptr && space_of((*cells)[static_cast<std::size_t>(number_of(cell))]) == Space::kFree) return true;
+  return is_doubted(space, cell, (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 3) << 4);
+}
+
 struct SurfaceCount {
   std::uint64_t all = 0;
-  std::uint64_t empty = 0;  // where views see nothing: in a cell that is free, or doubted
+  std::uint64_t empty = 0;  // where views see nothing
 };
 
 std::map<LabelSlot, SurfaceCount> count_surface(const PanopticMap& map) {
   std::map<LabelSlot, SurfaceCount> counts;
   for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
-    const BlockIndex index = map.voxels.index_of(slot);
-    const SpaceChunk::Cells* cells = map.free_space.cells_of(index);
-    visit_surface(map.voxels.block(slot), index, map.voxels.voxel_size_m(), [&](LabelSlot label, const VoxelIndex& at) {
-      if (!map.labels.is_object(label)) return;
-      const CellIndex cell{at[0] >> 2, at[1] >> 2, at[2] >> 2};
-      const int voxel = (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 3) << 4;
-      const bool is_free = cells != nullptr && space_of((*cells)[static_cast<std::size_t>(number_of(cell))]) == Space::kFree;
-      SurfaceCount& count = counts[label];
-      ++count.all;
-      count.empty += is_free || is_doubted(map.free_space, cell, voxel) ? 1 : 0;
-    });
+    visit_surface(map.voxels.block(slot), map.voxels.index_of(slot), map.voxels.voxel_size_m(),
+                  [&](LabelSlot label, const VoxelIndex& at) {
+                    if (!map.labels.is_object(label)) return;
+                    SurfaceCount& count = counts[label];
+                    ++count.all;
+                    count.empty += is_seen_empty(map.free_space, at) ? 1 : 0;
+                  });
   }
   return counts;
+}
+
+// Puts down where a thing was that this surface is left of, and whether there is as much of it as of a thing: it hangs together,
+// and fills a good part of a side of its box. Where a network saw something on the surface of another thing, which still stands
+// there, crumbs were looked through that lie far apart.
+bool is_thing(const std::vector<VoxelIndex>& surface, double voxel_m, PastObject& past) {
+  const std::vector<VoxelIndex> body = main_part(surface);
+  if (body.empty()) return false;
+  past.voxels = body.size();
+  past.box = trimmed_box(body, voxel_m);
+  const double area_m2 = static_cast<double>(body.size()) / (2 * double{kSurfaceBand_voxels}) * voxel_m * voxel_m;
+  const Vec3d edges = past.box.max_m - past.box.min_m;
+  return area_m2 >= kLeastArea_m2 && area_m2 >= kLeastFilled * edges.prod() / edges.minCoeff();
+}
+
+// The surface of an object is all that it had, or else that which is at the place that is empty now: masks that reach too far
+// leave the rest on what still stands there. False if neither is that of a thing.
+bool find_place(std::vector<VoxelIndex> lost, const std::vector<VoxelIndex>& held, const PanopticMap& map, PastObject& past) {
+  const double voxel_m = double{map.voxels.voxel_size_m()};
+  std::vector<VoxelIndex> all = lost;
+  all.insert(all.end(), held.begin(), held.end());
+  if (is_thing(all, voxel_m, past)) return true;
+  for (const VoxelIndex& at : held) {
+    if (is_seen_empty(map.free_space, at)) lost.push_back(at);
+  }
+  const std::vector<VoxelIndex> empty = main_part(lost);
+  if (empty.empty()) return false;
+  const ExtentBox box = trimmed_box(empty, voxel_m);
+  std::erase_if(all, [&](const VoxelIndex& at) { return !is_inside(box, at, voxel_m, kBeside_m); });
+  return is_thing(all, voxel_m, past);
 }
 
 // Forgets every voxel with this label, and what frames voted for it elsewhere: else the regularizer brought it back.
@@ -233,34 +306,44 @@ void ObjectPresence::find_gone(const Rules& rules, FrameVotes& votes, PanopticMa
       ++entry;
       continue;
     }
-    std::vector<VoxelIndex> voxels = voxels_of(std::vector{object.slot}, map.voxels)[object.slot];
-    const std::vector<VoxelIndex> lost_voxels = voxels_of(lost);
-    voxels.insert(voxels.end(), lost_voxels.begin(), lost_voxels.end());
     PastObject past = past_of(object, map.objects);
     past.gone_frame = lost.frame;
-    past.voxels = voxels.size();
-    past.box = trimmed_box(std::move(voxels), double{map.voxels.voxel_size_m()});
-    if (past.observations >= rules.min_observations && past.class_id != ClassId::kUnknown) map.history.past.push_back(past);
+    const bool is_known = past.observations >= rules.min_observations && past.class_id != ClassId::kUnknown;
+    const std::vector<VoxelIndex> left = voxels_of(std::vector{object.slot}, map.voxels)[object.slot];
+    if (is_known && find_place(voxels_of(lost), left, map, past)) map.history.past.push_back(past);
     clear_label(object.slot, votes, map.voxels);
     entry = state_.lost.erase(entry);
   }
 }
 
-// Objects of which more than half of the surface lies where there was free space for certain, ascending.
+// Objects that were not always there, ascending. Much of a thing that comes is in cells of which nothing was known: beside a
+// wall, or where little was looked at. So a part of its surface in free space is enough, if nothing of it had been seen before
+// that came up: what was there already had been.
 std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
-  std::map<LabelSlot, std::pair<std::uint64_t, std::uint64_t>> surface;  // voxels, and those of them in cells that were free
+  struct Arrived {
+    std::uint64_t all = 0;   // voxels
+    std::uint64_t came = 0;  // of them in cells that were free
+    std::int64_t first_frame = std::numeric_limits<std::int64_t>::max();
+  };
+  std::map<LabelSlot, Arrived> surface;
   for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
     visit_surface(map.voxels.block(slot), map.voxels.index_of(slot), map.voxels.voxel_size_m(),
                   [&](LabelSlot label, const VoxelIndex& at) {
                     if (!map.labels.is_object(label)) return;
-                    auto& [all, came] = surface[label];
-                    ++all;
-                    came += state_.came_up.contains({at[0] >> 2, at[1] >> 2, at[2] >> 2}) ? 1 : 0;
+                    Arrived& arrived = surface[label];
+                    ++arrived.all;
+                    const auto came = state_.came_up.find({at[0] >> 2, at[1] >> 2, at[2] >> 2});
+                    if (came == state_.came_up.end()) return;
+                    ++arrived.came;
+                    arrived.first_frame = std::min(arrived.first_frame, came->second);
                   });
   }
   std::vector<LabelSlot> appeared;
-  for (const auto& [label, counts] : surface) {
-    if (map.objects.find(label) != nullptr && 2 * counts.second > counts.first) appeared.push_back(label);
+  for (const auto& [label, arrived] : surface) {
+    const Object* object = map.objects.find(label);
+    if (object == nullptr) continue;
+    const bool is_new = arrived.came > 0 && object->first_frame + kAtOnce >= arrived.first_frame;
+    if (2 * arrived.came > arrived.all || (is_new && kLeastCame * arrived.came >= arrived.all)) appeared.push_back(label);
   }
   return appeared;
 }
@@ -281,13 +364,15 @@ void ObjectPresence::find_arrivals(PanopticMap& map) const {
   for (const auto& [label, voxels] : voxels_of(appeared(map), map.voxels)) {
     const Object& object = *map.objects.find(label);
     map.history.arrivals[object.id] = {};
-    const ExtentBox box = trimmed_box(voxels, double{map.voxels.voxel_size_m()});
+    const std::vector<VoxelIndex> part = main_part(voxels);
+    const std::vector<VoxelIndex>& body = part.empty() ? voxels : part;
+    const ExtentBox box = trimmed_box(body, double{map.voxels.voxel_size_m()});
     for (PastObject& past : map.history.past) {
       // A thing that was seen at its old place after this one came is another one.
       const bool may_be = past.class_id == map.objects.class_of(label) && past.last_frame < object.first_frame &&
                           past.moved_to == PanopticId::kUnknown;
       if (!may_be) continue;
-      const double alike = likeness(past.box, box) * share(static_cast<double>(past.voxels), static_cast<double>(voxels.size()));
+      const double alike = likeness(past.box, box) * share(static_cast<double>(past.voxels), static_cast<double>(body.size()));
       if (alike > 0) matches.push_back({alike, label, &past});
     }
   }

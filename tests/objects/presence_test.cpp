@@ -114,6 +114,35 @@ TEST(ObjectPresence, WhatWasHardlyEverSeenWasNeverThere) {
   EXPECT_TRUE(room.map.history.past.empty());
 }
 
+// A network called three corners of a sideboard a chair, which nobody took away.
+TEST(ObjectPresence, CrumbsThatLieFarApartWereNoThing) {
+  for (const bool is_whole : {false, true}) {
+    Room room;
+    const LabelSlot chair = room.seen(kChair);
+    std::vector<test::Solid> solids = {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.8}, chair)};
+    if (!is_whole) {
+      solids = {solid_box({-0.5, -0.3, 0}, {-0.45, -0.25, 0.05}, chair), solid_box({-0.05, 0.2, 0.4}, {0, 0.25, 0.45}, chair),
+                solid_box({0.45, 0.25, 0.75}, {0.5, 0.3, 0.8}, chair)};
+    }
+    add_to(room, solids);
+    room.look_through(chair, 1);
+    room.presence.find_gone(kRules, room.votes, room.map);
+    EXPECT_EQ(room.map.history.past.size(), is_whole ? 1U : 0U);
+  }
+}
+
+// A mask reached over to what stands beside the chair.
+TEST(ObjectPresence, WhatIsGoneWasWhereTheViewsLookThrough) {
+  Room room;
+  const LabelSlot chair = room.seen(kChair);
+  add_to(room, {solid_box({-0.3, -0.3, 0}, {0.3, 0.3, 0.8}, chair), solid_box({0.9, -0.2, 0}, {1.1, 0.2, 0.4}, chair)});
+  room.look_through(chair, 0.5);
+  room.presence.find_gone(kRules, room.votes, room.map);
+  ASSERT_EQ(room.map.history.past.size(), 1U);
+  EXPECT_NEAR(room.map.history.past[0].box.max_m.x(), 0.3, 0.06);
+  EXPECT_NEAR(room.map.history.past[0].box.min_m.x(), -0.3, 0.06);
+}
+
 // Every cell around a box was free once.
 void come_up(Room& room, const Vec3d& low_m, const Vec3d& high_m) {
   const double cell_m = 4 * double{room.map.voxels.voxel_size_m()};
@@ -167,6 +196,19 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
     if (moved) {
       EXPECT_GT(arrival.confidence, 0.6);
     }
+  }
+}
+
+// Beside a wall little of a thing is in cells that were known to be free.
+TEST(ObjectPresence, APartInFreeSpaceIsEnoughForAThingThatWasNotSeenBefore) {
+  for (const auto& [first_frame, half_m, appeared] :
+       {std::tuple(60, 0.1, true), std::tuple(0, 0.1, false), std::tuple(0, 0.5, true)}) {
+    Room room;
+    const LabelSlot chair = room.seen_from(first_frame, kChair);
+    add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.8}, chair)});
+    come_up(room, {-half_m, -0.3, 0}, {half_m, 0.3, 0.8});
+    room.presence.find_arrivals(room.map);
+    EXPECT_EQ(room.map.history.arrivals.size(), appeared ? 1U : 0U) << first_frame << " " << half_m;
   }
 }
 
