@@ -156,6 +156,21 @@ TEST(MotionMask, FindsPeopleWhereNoNetworkLooked) {
   }
 }
 
+// A curtain in a draught, and one in the wind.
+TEST(MotionMask, WhatSwaysByAFewCentimetresIsSurfaceAndWhatSwingsFarIsNot) {
+  test::SeeingMap seeing(0.04F);
+  for (int i = 0; i < 25; ++i) seeing.add(seen(true, i));
+  const auto sees_motion = [&](double by_m) {
+    const Vec3d swung = kBall + Vec3d(by_m, 0, 0);
+    const Frame frame = test::render(room({sphere(swung, kRadius_m)}), test::space_camera(), pose_at(25), 25);
+    return !take_out(frame, seeing.map).sight.things.empty();
+  };
+  EXPECT_FALSE(sees_motion(0));
+  EXPECT_FALSE(sees_motion(0.03));
+  EXPECT_FALSE(sees_motion(-0.03));
+  EXPECT_TRUE(sees_motion(0.4));
+}
+
 TEST(MotionMask, IsTheWholeBallForAsLongAsItsCellsAreFree) {
   test::SeeingMap seeing(0.04F);
   int i = 0;

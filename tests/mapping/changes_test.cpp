@@ -31,14 +31,15 @@ constexpr double kRadius_m = 0.3;
 const Vec3d kBefore(-0.8, 0.9, 0.3);
 const Vec3d kAfter(0.9, 0.9, 0.3);
 
-Frame frame_at(int i) {
+Frame view_of(const test::Surface& scene, int i) {
   const double angle = 0.1 * i;
   const Vec3d eye(0.9 * std::sin(angle), -0.6 + 0.2 * std::cos(1.7 * angle), -1.9);
-  Frame frame = test::render(test::room({test::sphere(i < kMoved ? kBefore : kAfter, kRadius_m)}), test::small_camera(),
-                             test::look_at(eye, {0.3 * std::cos(angle), 0.7, 0.6}), i);
+  Frame frame = test::render(scene, test::small_camera(), test::look_at(eye, {0.3 * std::cos(angle), 0.7, 0.6}), i);
   frame.time_s = i / 30.0;
   return frame;
 }
+
+Frame frame_at(int i) { return view_of(test::room({test::sphere(i < kMoved ? kBefore : kAfter, kRadius_m)}), i); }
 
 // Perfect masks: the ball is a chair, all else is wall.
 Segmentation segmentation_of(const Frame& frame) {
@@ -93,6 +94,32 @@ TEST(Changes, ABallThatWasPutElsewhereIsKnownToHaveMoved) {
     EXPECT_EQ(object["appeared"], !is_past);
     EXPECT_EQ(object["gone_time"].is_null(), !is_past);
   }
+}
+
+// Whoever sits there from the first frame on was never seen to move, and no network knows them for a person: they are furniture,
+// and gone when they leave, with all of their surface.
+TEST(Changes, WhoSitsThereFromTheFirstFrameAndLeavesIsGone) {
+  Mapper mapper(options(), test::test_labels());
+  const auto near_place = [&] {  // and not at the floor, on which the ball lies
+    std::size_t vertices = 0;
+    for (const MeshVertex& vertex : mapper.mesh().vertices) {
+      const Vec3d at = vertex.position.cast<double>();
+      vertices += (at - kBefore).norm() < kRadius_m + 0.05 && at.y() < 1.15 ? 1 : 0;
+    }
+    return vertices;
+  };
+  for (int i = 0; i < kFrames; ++i) {
+    if (i == kMoved) {
+      EXPECT_GT(near_place(), 200U);
+    }
+    const Frame frame = i < kMoved ? frame_at(i) : view_of(test::room(), i);
+    ASSERT_TRUE(mapper.add(frame, segmentation_of(frame)).used);
+  }
+  mapper.finish();
+  ASSERT_EQ(mapper.map().history.past.size(), 1U);
+  EXPECT_TRUE(mapper.map().history.arrivals.empty());
+  EXPECT_EQ(near_place(), 0U);
+  EXPECT_TRUE(mapper.parts().moving_tracks().tracks().empty());
 }
 
 TEST(Changes, AreThereOnlyWhereTheyAreAskedFor) {
