@@ -137,6 +137,11 @@ std::map<LabelSlot, SurfaceCount> count_surface(const PanopticMap& map) {
   return counts;
 }
 
+// The surface that so many voxels around it are of.
+double area_of(std::uint64_t voxels, double voxel_m) {
+  return static_cast<double>(voxels) / (2 * double{kSurfaceBand_voxels}) * voxel_m * voxel_m;
+}
+
 // Puts down where a thing was that this surface is left of, and whether there is as much of it as of a thing: it hangs together,
 // and fills a good part of a side of its box. Where a network saw something on the surface of another thing, which still stands
 // there, crumbs were looked through that lie far apart.
@@ -145,7 +150,7 @@ bool is_thing(const std::vector<VoxelIndex>& surface, double voxel_m, PastObject
   if (body.empty()) return false;
   past.voxels = body.size();
   past.box = trimmed_box(body, voxel_m);
-  const double area_m2 = static_cast<double>(body.size()) / (2 * double{kSurfaceBand_voxels}) * voxel_m * voxel_m;
+  const double area_m2 = area_of(body.size(), voxel_m);
   const Vec3d edges = past.box.max_m - past.box.min_m;
   return area_m2 >= kLeastArea_m2 && area_m2 >= kLeastFilled * edges.prod() / edges.minCoeff();
 }
@@ -317,8 +322,8 @@ void ObjectPresence::find_gone(const Rules& rules, FrameVotes& votes, PanopticMa
 }
 
 // Objects that were not always there, ascending. Much of a thing that comes is in cells of which nothing was known: beside a
-// wall, or where little was looked at. So a part of its surface in free space is enough, if nothing of it had been seen before
-// that came up: what was there already had been.
+// wall, or where little was looked at. So a part of its surface in free space is enough, if that is as much as of a thing, and
+// nothing of the object had been seen before the first of it came up: what was there already had been.
 std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
   struct Arrived {
     std::uint64_t all = 0;   // voxels
@@ -342,8 +347,10 @@ std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
   for (const auto& [label, arrived] : surface) {
     const Object* object = map.objects.find(label);
     if (object == nullptr) continue;
-    const bool is_new = arrived.came > 0 && object->first_frame + kAtOnce >= arrived.first_frame;
-    if (2 * arrived.came > arrived.all || (is_new && kLeastCame * arrived.came >= arrived.all)) appeared.push_back(label);
+    const bool is_enough =
+        kLeastCame * arrived.came >= arrived.all && area_of(arrived.came, double{map.voxels.voxel_size_m()}) >= kLeastArea_m2;
+    const bool is_new = is_enough && object->first_frame + kAtOnce >= arrived.first_frame;
+    if (2 * arrived.came > arrived.all || is_new) appeared.push_back(label);
   }
   return appeared;
 }

@@ -212,6 +212,18 @@ TEST(ObjectPresence, APartInFreeSpaceIsEnoughForAThingThatWasNotSeenBefore) {
   }
 }
 
+// Three crumbs that a mask left on another thing, of which one is at its rim.
+TEST(ObjectPresence, ACrumbInFreeSpaceDidNotCome) {
+  Room room;
+  const LabelSlot chair = room.seen_from(60, kChair);
+  add_to(room, {solid_box({-0.5, 0, 0.4}, {-0.48, 0.02, 0.42}, chair), solid_box({0, 0, 0.4}, {0.02, 0.02, 0.42}, chair),
+                solid_box({0.5, 0, 0.4}, {0.52, 0.02, 0.42}, chair)});
+  ASSERT_GT(room.count(chair), 0U);
+  come_up(room, {0.5, 0, 0.4}, {0.52, 0.02, 0.42});
+  room.presence.find_arrivals(room.map);
+  EXPECT_TRUE(room.map.history.arrivals.empty());
+}
+
 // The first of two things of one size is gone, and the second came.
 void one_goes_and_one_comes(Room& room, LabelSlot first, LabelSlot second) {
   const Vec3d low(0.4, -0.2, 0);
