@@ -5,8 +5,8 @@
 // (Khronos, RSS 2024): the rays of the recording are asked for every object before it was first seen and after it was last seen.
 // A ray that ends far behind a point of the object's surface votes for its absence, one that ends near it for its presence. The
 // object is absent where most votes of a few seconds say so. RUN must hold what was ever there: a run without moving.objects and
-// carving. Their rule does not tell what was moved. Written from the description; numbers are those that they publish for their
-// apartment.
+// carving. Their rule does not tell what was moved. Written from the description; numbers are those of the
+// configuration that they publish for an apartment.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -82,12 +82,12 @@ void vote(const Frame& frame, Fragment& fragment) {
     const auto depth_m = static_cast<double>(frame.depth(u, v));
     if (!(depth_m > 0) || depth_m > kFarthest_m) continue;
     const double behind_m = (depth_m - at.z()) * at.norm() / at.z();
-    fragment.bins[bin].absent += behind_m > kDepthTolerance_m ? 1 : 0;
-    fragment.bins[bin].present += std::abs(behind_m) <= kDepthTolerance_m ? 1 : 0;
+    if (behind_m > kDepthTolerance_m) ++fragment.bins[bin].absent;
+    if (std::abs(behind_m) <= kDepthTolerance_m) ++fragment.bins[bin].present;
   }
 }
 
-// A window of bins between both times, whole, in which most rays see that the object is not there.
+// There is a window of bins between both times in which most rays see that the object is not there.
 bool is_absent(const Fragment& fragment, double from_s, double to_s) {
   const auto first = static_cast<std::size_t>(std::ceil(std::max(0.0, from_s) / kBin_s));
   const auto end = std::min(fragment.bins.size(), static_cast<std::size_t>(std::max(0.0, to_s) / kBin_s));

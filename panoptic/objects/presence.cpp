@@ -131,7 +131,7 @@ std::map<LabelSlot, SurfaceCount> count_surface(const PanopticMap& map) {
                     if (!map.labels.is_object(label)) return;
                     SurfaceCount& count = counts[label];
                     ++count.all;
-                    count.empty += is_seen_empty(map.free_space, at) ? 1 : 0;
+                    if (is_seen_empty(map.free_space, at)) ++count.empty;
                   });
   }
   return counts;

@@ -97,7 +97,7 @@ TEST(Changes, ABallThatWasPutElsewhereIsKnownToHaveMoved) {
 }
 
 // Whoever sits there from the first frame on was never seen to move, and no network knows them for a person: they are furniture,
-// and gone when they leave, with all of their surface.
+// and gone when they leave, with their surface.
 TEST(Changes, WhoSitsThereFromTheFirstFrameAndLeavesIsGone) {
   Mapper mapper(options(), test::test_labels());
   const auto near_place = [&] {  // and not at the floor, on which the ball lies
