@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -22,7 +21,7 @@ constexpr double kLeastArea_m2 = 0.02;   // two hands: masks that miss leave sma
 constexpr double kLeastFilled = 0.25;    // of the largest side of its box: a chair fills half of it
 constexpr double kBeside_m = 0.1;        // so near to a floor or a wall nothing is known to be free
 constexpr std::uint64_t kLeastCame = 8;  // one part in so many: a thing that was always there has 3 % in free space, by errors
-constexpr std::int64_t kAtOnce = 30;     // frames from when a thing is first seen to when it is known to stand in free space
+constexpr std::int64_t kAtOnce = 90;     // frames: what comes into free space is masked for 60 of them
 
 bool is_surface(const Brick& brick, int voxel, float voxel_size_m) {
   if ((brick.stored() >> voxel & 1) == 0) return false;
@@ -323,34 +322,33 @@ void ObjectPresence::find_gone(const Rules& rules, FrameVotes& votes, PanopticMa
 
 // Objects that were not always there, ascending. Much of a thing that comes is in cells of which nothing was known: beside a
 // wall, or where little was looked at. So a part of its surface in free space is enough, if that is as much as of a thing, and
-// nothing of the object had been seen before the first of it came up: what was there already had been.
+// came up when the object was first seen: what is seen there by errors comes up at any time. Of what no network ever saw it is
+// not known since when it is an object.
 std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
   struct Arrived {
-    std::uint64_t all = 0;   // voxels
-    std::uint64_t came = 0;  // of them in cells that were free
-    std::int64_t first_frame = std::numeric_limits<std::int64_t>::max();
+    std::uint64_t all = 0;      // voxels
+    std::uint64_t came = 0;     // of them in cells that were free
+    std::uint64_t at_once = 0;  // of those that came up when the object was first seen, or before
   };
   std::map<LabelSlot, Arrived> surface;
   for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
     visit_surface(map.voxels.block(slot), map.voxels.index_of(slot), map.voxels.voxel_size_m(),
                   [&](LabelSlot label, const VoxelIndex& at) {
-                    if (!map.labels.is_object(label)) return;
+                    const Object* object = map.objects.find(label);
+                    if (object == nullptr || object->observations == 0) return;
                     Arrived& arrived = surface[label];
                     ++arrived.all;
                     const auto came = state_.came_up.find({at[0] >> 2, at[1] >> 2, at[2] >> 2});
                     if (came == state_.came_up.end()) return;
                     ++arrived.came;
-                    arrived.first_frame = std::min(arrived.first_frame, came->second);
+                    if (came->second <= object->first_frame + kAtOnce) ++arrived.at_once;
                   });
   }
   std::vector<LabelSlot> appeared;
   for (const auto& [label, arrived] : surface) {
-    const Object* object = map.objects.find(label);
-    if (object == nullptr) continue;
-    const bool is_enough =
-        kLeastCame * arrived.came >= arrived.all && area_of(arrived.came, double{map.voxels.voxel_size_m()}) >= kLeastArea_m2;
-    const bool is_new = is_enough && object->first_frame + kAtOnce >= arrived.first_frame;
-    if (2 * arrived.came > arrived.all || is_new) appeared.push_back(label);
+    const bool is_part = kLeastCame * arrived.at_once >= arrived.all &&
+                         area_of(arrived.at_once, double{map.voxels.voxel_size_m()}) >= kLeastArea_m2;
+    if (2 * arrived.came > arrived.all || is_part) appeared.push_back(label);
   }
   return appeared;
 }

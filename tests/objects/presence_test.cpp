@@ -144,7 +144,7 @@ TEST(ObjectPresence, WhatIsGoneWasWhereTheViewsLookThrough) {
 }
 
 // Every cell around a box was free once.
-void come_up(Room& room, const Vec3d& low_m, const Vec3d& high_m) {
+void come_up(Room& room, const Vec3d& low_m, const Vec3d& high_m, std::int64_t frame = 70) {
   const double cell_m = 4 * double{room.map.voxels.voxel_size_m()};
   std::vector<CellIndex> cells;
   for (double x = low_m.x() - cell_m; x < high_m.x() + cell_m; x += cell_m) {
@@ -154,7 +154,7 @@ void come_up(Room& room, const Vec3d& low_m, const Vec3d& high_m) {
       }
     }
   }
-  room.presence.came_up(cells, 70);
+  room.presence.came_up(cells, frame);
 }
 
 TEST(ObjectPresence, WhatStaysInACellForTwoSecondsHasSettled) {
@@ -200,16 +200,25 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
 }
 
 // Beside a wall little of a thing is in cells that were known to be free.
-TEST(ObjectPresence, APartInFreeSpaceIsEnoughForAThingThatWasNotSeenBefore) {
-  for (const auto& [first_frame, half_m, appeared] :
-       {std::tuple(60, 0.1, true), std::tuple(0, 0.1, false), std::tuple(0, 0.5, true)}) {
+TEST(ObjectPresence, APartInFreeSpaceIsEnoughIfItCameUpWhenTheThingWasFirstSeen) {
+  for (const auto& [came_at, half_m, appeared] :
+       {std::tuple(70, 0.1, true), std::tuple(170, 0.1, false), std::tuple(170, 0.5, true)}) {
     Room room;
-    const LabelSlot chair = room.seen_from(first_frame, kChair);
+    const LabelSlot chair = room.seen_from(60, kChair);
     add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.8}, chair)});
-    come_up(room, {-half_m, -0.3, 0}, {half_m, 0.3, 0.8});
+    come_up(room, {-half_m, -0.3, 0}, {half_m, 0.3, 0.8}, came_at);
     room.presence.find_arrivals(room.map);
-    EXPECT_EQ(room.map.history.arrivals.size(), appeared ? 1U : 0U) << first_frame << " " << half_m;
+    EXPECT_EQ(room.map.history.arrivals.size(), appeared ? 1U : 0U) << came_at << " " << half_m;
   }
+}
+
+TEST(ObjectPresence, WhatNoNetworkSawDidNotCome) {
+  Room room;
+  const LabelSlot region = *room.map.objects.create();
+  add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.8}, region)});
+  come_up(room, {-0.5, -0.3, 0}, {0.5, 0.3, 0.8});
+  room.presence.find_arrivals(room.map);
+  EXPECT_TRUE(room.map.history.arrivals.empty());
 }
 
 // Three crumbs that a mask left on another thing, of which one is at its rim.
