@@ -150,8 +150,9 @@ test('Play: what is put on a table rests on it, and falls when it is pushed over
   await viewer.screenshot('play_table');
   const has_fallen = ({ place: [, y] }) => y < table[1] - 0.1;
   let [fallen] = (await log()).things;
-  for (let i = 0; i < 40 && !has_fallen(fallen); ++i) {
-    const speed = [[1.5, 0, 0], [-1.5, 0, 0], [0, 0, 1.5], [0, 0, -1.5]][Math.floor(i / 10)];  // a wall may be on one side
+  for (let i = 0; i < 64 && !has_fallen(fallen); ++i) {
+    const angle = Math.floor(i / 8) * 3 * Math.PI / 4;  // each of eight directions: walls may be on some sides
+    const speed = [1.5 * Math.cos(angle), 0.8, 1.5 * Math.sin(angle)];  // hops over what else lies there
     await viewer.page.evaluate((v) => globalThis.panoptic_play.push(0, v), speed);
     await advance(1);
     [fallen] = (await log()).things;
