@@ -26,9 +26,10 @@ namespace panoptic {
 namespace {
 
 constexpr double kDepthTolerance_m = 0.3;
-constexpr double kFarthest_m = 5;        // of a ray that is trusted
-constexpr double kBin_s = 1;             // votes are counted by so many seconds
-constexpr std::size_t kWindow = 5;       // bins that are judged together
+constexpr double kFarthest_m = 5;   // of a ray that is trusted
+constexpr double kBin_s = 1;        // votes are counted by so many seconds
+constexpr std::size_t kWindow = 5;  // bins that are judged together
+constexpr double kLongest_s = 1e5;
 constexpr double kAbsent = 0.6;          // share of the votes
 constexpr double kApart_s = 3;           // nearer to when it was seen, an object is not asked for
 constexpr std::size_t kSampled = 100;    // one vertex in so many
@@ -49,6 +50,7 @@ struct Fragment {
 
 using Fragments = std::map<PanopticId, Fragment>;
 
+// `time_of`: by frame, seconds from the first one.
 Fragments fragments_of(const std::filesystem::path& run, const std::map<std::int64_t, double>& time_of) {
   Fragments fragments;
   const auto seconds = [&](std::int64_t frame) {
@@ -68,10 +70,9 @@ Fragments fragments_of(const std::filesystem::path& run, const std::map<std::int
   return fragments;
 }
 
-void vote(const Frame& frame, Fragment& fragment) {
+void vote(const Frame& frame, std::size_t bin, Fragment& fragment) {
   const Camera& camera = frame.depth_camera;
   const Pose camera_from_world = frame.world_from_camera.inverse();
-  const auto bin = static_cast<std::size_t>(frame.time_s / kBin_s);
   fragment.bins.resize(std::max(fragment.bins.size(), bin + 1));
   for (const Vec3d& point : fragment.points) {
     const Vec3d at = camera_from_world * point;
@@ -107,11 +108,20 @@ void judge(const std::filesystem::path& recording_path, const std::filesystem::p
   std::map<std::int64_t, double> time_of;
   for (const Frame& frame : *recording) time_of[frame.index] = frame.time_s;
   if (time_of.empty()) throw Error(fmt::format("{}: no frame can be used", recording_path.string()));
+  const double first_s = time_of.begin()->second;
+  for (auto& [frame, time_s] : time_of) {
+    time_s -= first_s;
+    if (!(time_s >= 0 && time_s <= kLongest_s)) {
+      throw Error(fmt::format("{}: frame {} is {} s after the first one; its time stamps are no use here",
+                              recording_path.string(), frame, time_s));
+    }
+  }
   Fragments fragments = fragments_of(run, time_of);
   std::size_t met = 0;
   for (const Frame& frame : *recording) {
     if (met++ % kFramesApart != 0) continue;
-    for (auto& [id, fragment] : fragments) vote(frame, fragment);
+    const auto bin = static_cast<std::size_t>(time_of.at(frame.index) / kBin_s);
+    for (auto& [id, fragment] : fragments) vote(frame, bin, fragment);
   }
   Json file = read_json_file(run / "objects.json");
   for (Json& object : file["objects"]) {

@@ -31,16 +31,18 @@ struct MapAlignment {
   // of what the other one looked at.
   double agreement = 0;
   double common_m2 = 0;     // of it, surface that both have
-  std::size_t objects = 0;  // of b that lie where a has one of their class
+  std::size_t objects = 0;  // that lie where the other map has one of their class, in the map that has fewer of those
 };
 
 // Finds out by the objects of both maps and by their surfaces. They may lie in any way to each other, and what stands in the
 // rooms may have changed in part. Throws Error, naming the maps and what speaks against it, if they are not comparable (see
-// diff_maps), or if no pose is good enough, or two are: it is not certain then that they are of one place.
+// diff_maps), if one has no free space, or if no pose is good enough, or two are: it is not certain then that they are of one
+// place.
 MapAlignment align_maps(const MapWithFrames& a, const MapWithFrames& b, const std::string& name_a, const std::string& name_b);
 
-// The map in another world. Voxels are interpolated: surfaces stay within a tenth of a voxel, details of a voxel are softened.
+// The map in another world. Voxels are interpolated: details of a voxel are softened.
 // Free space shrinks by up to a cell, doubts and the history of objects are left out, and so is what a run would need to go on.
+// Throws Error if the pose is not finite, or takes the map farther than a map reaches.
 MapWithFrames moved_map(const MapWithFrames& map, const Pose& new_from_old);
 
 enum class ChangeKind : std::uint8_t {

@@ -80,7 +80,7 @@ struct AgentTotals {
   double walked_m = 0;
   int seats = 0;       // reached, and sat on
   int beds = 0;        // likewise
-  int gave_up = 0;     // ways that others blocked for too long
+  int gave_up = 0;     // ways that ended before their goal: others blocked them for too long, or stood where it is
   double stuck_s = 0;  // time in which somebody stood in their way
 };
 

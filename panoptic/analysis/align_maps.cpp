@@ -57,6 +57,12 @@ Vec3d level_up(const Vec3d& roughly, const std::vector<PlacedNormal>& surface) {
 }
 
 Side side_of(const SavedMap& saved, const std::string& name) {
+  if (saved.map.free_space.empty()) {
+    throw Error(fmt::format(
+        "{} has no free space (an older file, voxels below 1.5 cm, or map.free_space was off), so nothing would speak "
+        "against a wrong alignment; map it anew with free space",
+        name));
+  }
   std::vector<PlacedNormal> surface = surface_points(saved.map.voxels, kSpacing_m);
   if (surface.empty()) throw Error(fmt::format("{} has no surface, so it cannot be aligned", name));
   const Vec3d up = level_up(up_of(saved), surface);
@@ -93,6 +99,7 @@ struct Judgement {
   std::size_t contradicted = 0;
 
   double agreement() const { return seen > 0 ? static_cast<double>(seen) / static_cast<double>(seen + contradicted) : 0; }
+  double common_m2() const { return static_cast<double>(seen) / 2 * kSpacing_m * kSpacing_m; }  // if all points were asked
   double worth() const { return static_cast<double>(seen) - static_cast<double>(contradicted); }
 };
 
@@ -156,20 +163,26 @@ Vec3d middle_of(const std::vector<PlacedNormal>& points) {
   return middle;
 }
 
+// Landmarks of one map that lie where the other has one of their class, counted in the map with fewer: parts of one thing do not
+// count as several.
 std::size_t common_objects(const Side& a, const Side& b, const Pose& a_from_b) {
   constexpr double kSame_m = 0.3;
-  return static_cast<std::size_t>(std::count_if(b.landmarks.begin(), b.landmarks.end(), [&](const Landmark& theirs) {
-    return std::any_of(a.landmarks.begin(), a.landmarks.end(), [&](const Landmark& mine) {
-      return mine.class_id == theirs.class_id && (mine.at - a_from_b * theirs.at).norm() < kSame_m;
-    });
-  }));
+  const auto are_one = [&](const Landmark& mine, const Landmark& theirs) {
+    return mine.class_id == theirs.class_id && (mine.at - a_from_b * theirs.at).norm() < kSame_m;
+  };
+  const auto of_a = std::count_if(a.landmarks.begin(), a.landmarks.end(), [&](const Landmark& mine) {
+    return std::any_of(b.landmarks.begin(), b.landmarks.end(), [&](const Landmark& l) { return are_one(mine, l); });
+  });
+  const auto of_b = std::count_if(b.landmarks.begin(), b.landmarks.end(), [&](const Landmark& theirs) {
+    return std::any_of(a.landmarks.begin(), a.landmarks.end(), [&](const Landmark& l) { return are_one(l, theirs); });
+  });
+  return static_cast<std::size_t>(std::min(of_a, of_b));
 }
 
 // Why the best pose is not to be believed; empty if it is.
 std::string doubt_about(const std::vector<Candidate>& best, std::size_t objects) {
   if (best.empty()) return "they have no two objects of the same classes at the same distance";
   const Candidate& first = best.front();
-  const double common_m2 = static_cast<double>(first.judgement.seen) / 2 * kSpacing_m * kSpacing_m;
   if (first.judgement.agreement() < kLeastAgreement) {
     return fmt::format("where most objects would agree, only {:.0f} % of walls and furniture do ({:.0f} % are needed)",
                        100 * first.judgement.agreement(), 100 * kLeastAgreement);
@@ -177,8 +190,9 @@ std::string doubt_about(const std::vector<Candidate>& best, std::size_t objects)
   if (objects < kLeastObjects) {
     return fmt::format("they have {} objects in common where walls fit best; {} are needed", objects, kLeastObjects);
   }
-  if (common_m2 < kLeastCommon_m2) {
-    return fmt::format("they have {:.1f} m2 of surface in common; {} are needed", common_m2, kLeastCommon_m2);
+  if (first.judgement.common_m2() < kLeastCommon_m2) {
+    return fmt::format("they have {:.1f} m2 of walls and furniture in common; {} are needed", first.judgement.common_m2(),
+                       kLeastCommon_m2);
   }
   if (first.fit.least_hold < kLeastHold) return "the surface that they have in common lets one slide along the other";
   if (best.size() > 1 && best[1].judgement.worth() > kMostOfSecond * first.judgement.worth()) {
@@ -203,7 +217,9 @@ MapAlignment align_maps(const MapWithFrames& map_a, const MapWithFrames& map_b, 
   const auto guesses =
       fitted_all(a, target, b, poses_by_constellations(a.landmarks, b.landmarks, kGuesses), {0.6, 0.3}, kFewPoints);
   const auto better = fitted_all(a, target, b, different_poses(guesses, middle, kBest), {0.3, 0.15, 0.1}, kManyPoints);
-  const auto best = fitted_all(a, target, b, different_poses(better, middle, 2), {0.1}, kManyPoints);
+  auto best = fitted_all(a, target, b, different_poses(better, middle, 2), {0.1}, kManyPoints);
+  if (best.size() > 1 && are_alike(best[0].fit.a_from_b, best[1].fit.a_from_b, middle)) best.pop_back();
+  for (Candidate& c : best) c.judgement = judge(a, b, c.fit.a_from_b, std::max(a.steep.size(), b.steep.size()));
   const std::size_t objects = best.empty() ? 0 : common_objects(a, b, best.front().fit.a_from_b);
   if (const std::string doubt = doubt_about(best, objects); !doubt.empty()) {
     throw Error(fmt::format("{} cannot be aligned with {}: {}; are they of one place?", name_b, name_a, doubt));
@@ -211,9 +227,8 @@ MapAlignment align_maps(const MapWithFrames& map_a, const MapWithFrames& map_b, 
   MapAlignment result;
   const Pose& level = best.front().fit.a_from_b;
   result.a_from_b = Pose(a.level_from_map.conjugate()) * level * Pose(b.level_from_map);
-  const Judgement all = judge(a, b, level, std::max(a.steep.size(), b.steep.size()));
-  result.agreement = all.agreement();
-  result.common_m2 = static_cast<double>(all.seen) / 2 * kSpacing_m * kSpacing_m;
+  result.agreement = best.front().judgement.agreement();
+  result.common_m2 = best.front().judgement.common_m2();
   result.objects = objects;
   return result;
 }

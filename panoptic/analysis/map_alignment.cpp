@@ -21,6 +21,8 @@ constexpr double kCenterError_m = 0.3;
 constexpr double kNearest_m = 0.8;   // two objects that are nearer to each other say little of the turn
 constexpr double kFarthest_m = 8.0;  // a large room: pairs beyond would only be more of them
 
+constexpr std::size_t kMostPairs = 4000;  // of two classes: a hall with hundreds of chairs has a million
+
 // Two landmarks of one map.
 struct LandmarkPair {
   Vec3d from = Vec3d::Zero();
@@ -32,7 +34,7 @@ struct LandmarkPair {
 
 using ClassPair = std::pair<ClassId, ClassId>;
 
-// Both ways if the classes are the same.
+// The shortest ones of each two classes, ascending by length, and both ways if the classes are the same.
 std::map<ClassPair, std::vector<LandmarkPair>> pairs_of(const std::vector<Landmark>& landmarks) {
   std::map<ClassPair, std::vector<LandmarkPair>> pairs;
   for (const Landmark& from : landmarks) {
@@ -45,6 +47,7 @@ std::map<ClassPair, std::vector<LandmarkPair>> pairs_of(const std::vector<Landma
   for (auto& [classes, list] : pairs) {
     std::stable_sort(list.begin(), list.end(),
                      [](const LandmarkPair& a, const LandmarkPair& b) { return a.length_m() < b.length_m(); });
+    list.resize(std::min(list.size(), kMostPairs));
   }
   return pairs;
 }

@@ -22,10 +22,13 @@ namespace {
 
 constexpr std::size_t kBlocksAtOnce = 256;  // of 24 bytes a voxel, spread out: 25 MB
 
-// Whole numbers of a grid around a cube of it after a motion; both ends are included.
+// Whole numbers of a grid around a cube of it after a motion; both ends are included. Throws Error if they are not those of
+// blocks.
 std::pair<Eigen::Vector3i, Eigen::Vector3i> range_of(const Vec3d& corner_m, double edge_m, const Pose& new_from_old) {
   Eigen::AlignedBox3d box;
   for (int n = 0; n < 8; ++n) box.extend(new_from_old * Vec3d(corner_m + edge_m * Vec3d(n & 1, n >> 1 & 1, n >> 2)));
+  const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff()) / edge_m;
+  if (!(farthest < kMaxBlockCoordinate)) throw Error("the moved map would lie farther from the origin than a map reaches");
   return {(box.min() / edge_m).array().floor().matrix().cast<int>(), (box.max() / edge_m).array().floor().matrix().cast<int>()};
 }
 

@@ -11,7 +11,7 @@
 namespace panoptic {
 namespace {
 
-// Cubes that share a key only make a search longer: distances decide.
+// Cubes 2^21 edges apart share a key: 168 km at 8 cm.
 std::uint64_t cube_key(const Eigen::Vector3i& cube) {
   constexpr std::uint64_t kMask = (1U << 21) - 1;
   const auto part = [](int c) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(c)) & kMask; };

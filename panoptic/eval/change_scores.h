@@ -51,7 +51,7 @@ struct ChangeCounts {
 };
 
 // Pairs claims and truths one to one, the nearest first. A pair has one class (unless `any_class`), and the middle of the
-// claimed box lies in the true box or within 15 cm of it; a moved thing is right at both places.
+// claimed surface lies in the true box or within 15 cm of it; a moved thing is right at both places.
 ChangeCounts count_changes(const std::vector<PlaceChange>& truths, const std::vector<PlaceChange>& claims, bool any_class);
 
 struct ChangeScores {

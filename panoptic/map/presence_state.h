@@ -48,7 +48,7 @@ struct Stay {
 
 struct PresenceState {
   std::map<PanopticId, LostSurface> lost;     // by object
-  std::map<CellIndex, std::int64_t> came_up;  // cells that were free for certain before something came, by the frame of that
+  std::map<CellIndex, std::int64_t> came_up;  // cells that two views or more had seen empty before something came, by its frame
   std::map<CellIndex, Stay> stays;
 };
 

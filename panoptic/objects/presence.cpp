@@ -341,7 +341,7 @@ std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
                     const auto came = state_.came_up.find({at[0] >> 2, at[1] >> 2, at[2] >> 2});
                     if (came == state_.came_up.end()) return;
                     ++arrived.came;
-                    if (came->second <= object->first_frame + kAtOnce) ++arrived.at_once;
+                    if (came->second - kAtOnce <= object->first_frame) ++arrived.at_once;
                   });
   }
   std::vector<LabelSlot> appeared;

@@ -17,8 +17,8 @@ namespace panoptic {
 
 // An object is gone if half of its surface and more was looked through (fusion/carving.h) and has no surface again, or lies where
 // views see nothing, and no network has seen it since; then all that is left of it is cleared. It is listed if there was enough
-// of it for a thing. An object came if more than half of its surface lies where there was free space, or an eighth, and nothing
-// of it had been seen before. It was moved if one of its class and about its size is gone. Not thread-safe.
+// of it for a thing. An object came if more than half of its surface lies where there was free space, or an eighth that came up
+// no later than it was first seen. It was moved if one of its class and about its size is gone. Not thread-safe.
 class ObjectPresence {
  public:
   // Voxels of a brick are about to be cleared.

@@ -231,6 +231,8 @@ AgentsRun let_live(const RecastMesh& mesh, const HomePlan& home, const AgentSize
   AgentsRun run;
   int added = 0;
   while (added < options.count && household.add()) ++added;
+  if (added == 0)
+    throw Error("no place was found from which an agent could get anywhere: the floor of the map lies in small pieces");
   if (added < options.count) run.notes.push_back(fmt::format("there is room for {} of {} agents", added, options.count));
   if (home.seats.empty()) run.notes.emplace_back("the map has no seats: agents sit on nothing");
   const auto steps = static_cast<int>(std::floor(options.seconds * rules::kStepsPer_s + 1e-6));

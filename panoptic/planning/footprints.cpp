@@ -158,7 +158,7 @@ Polygon remaining_outline(const Points& points, double voxel_m, const SeenEmpty&
     Polygon candidate = outline(columns.grid, parts, part);
     if (signed_area(candidate) > signed_area(largest)) largest = std::move(candidate);
   }
-  return simplified(largest, 2 * voxel_m);
+  return simplified(largest, 1.5 * voxel_m);  // three quarters of a cell: steps become slopes, arms of a cell stay
 }
 
 // Takes piece after piece, the largest first, as long as the shape around them was not seen to be empty: parts of a thing that

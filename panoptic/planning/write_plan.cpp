@@ -78,8 +78,9 @@ class Planner {
     if (options_.agents && !mesh_->has_polygons()) {
       throw Error("agents cannot live in this map: nowhere on its floor is there room for one of this size");
     }
+    if (options_.agents && options_.agents->file.has_parent_path()) require_writable_folder(options_.agents->file.parent_path());
     require_writable_folder(folder_);
-    remove_old_way();
+    remove_old_files();
     next("grids");
     write_grids();
     next("distances");
@@ -134,12 +135,13 @@ class Planner {
     }
   }
 
-  void remove_old_way() const {
+  // An earlier plan may have left files that this one does not write.
+  void remove_old_files() const {
     std::error_code failed;
-    for (const char* name : {"path.json", "path.png"}) {
+    for (const char* name : {"path.json", "path.png", "agents.json"}) {
       std::filesystem::remove(folder_ / name, failed);
       if (failed)
-        throw Error(fmt::format("{}: an older path cannot be removed: {}", (folder_ / name).string(), failed.message()));
+        throw Error(fmt::format("{}: an older file cannot be removed: {}", (folder_ / name).string(), failed.message()));
     }
   }
 

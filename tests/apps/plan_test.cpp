@@ -195,7 +195,10 @@ TEST(Plan, PeopleLiveInTheMapAndTheSameSeedGivesTheSameLife) {
     EXPECT_THAT(result.out, HasSubstr("agents    2 walked"));
     return read_json_file(out / file);
   };
+  fs::create_directories(out);
+  write_file(out / "agents.json", "of an earlier plan");
   const Json life = live("first.json");
+  EXPECT_FALSE(fs::exists(out / "agents.json"));
   EXPECT_EQ(life.dump(), live("second.json").dump());
   ASSERT_EQ(life["agents"].size(), 2U);
   Eigen::Matrix4d world_from_grid;
@@ -239,6 +242,8 @@ TEST(Plan, WrongQuestionsAreToldInOneLine) {
   EXPECT_THAT(refused({"--simulate-agents", "5", "--seconds", "nan"}, 1), HasSubstr("more than 0"));
   EXPECT_THAT(refused({"--simulate-agents", "5", "--seconds", "8000"}, 1), HasSubstr("at most 7200 s"));
   EXPECT_THAT(refused({"--simulate-agents", "5", "--radius", "2"}, 1), HasSubstr("agents cannot live in this map"));
+  EXPECT_THAT(refused({"--simulate-agents", "1", "--json", (home().path() / "life.json").string()}, 1),
+              HasSubstr("cannot create the folder"));
   EXPECT_THAT(refused({"--seconds", "8"}, 2), HasSubstr("--simulate-agents"));
 }
 

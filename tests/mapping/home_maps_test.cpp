@@ -224,6 +224,53 @@ TEST(HomeMaps, OfTwoHomesCannotBeAligned) {
   EXPECT_THAT(test::error_of([&] { align_maps(a, b, "A", "B"); }), HasSubstr("B cannot be aligned with A: "));
 }
 
+TEST(HomeMaps, WithoutFreeSpaceNothingWouldSpeakAgainstAWrongAlignment) {
+  MapWithFrames a = load_map_with_frames(whole_home_map());
+  const MapWithFrames b = load_map_with_frames(whole_home_map());
+  a.saved.map.free_space = FreeSpaceMap(a.saved.map.voxels.voxel_size_m());
+  EXPECT_THAT(test::error_of([&] { align_maps(a, b, "A", "B"); }), HasSubstr("A has no free space"));
+}
+
+TEST(HomeMaps, AMapIsNotMovedFartherThanMapsReach) {
+  const MapWithFrames map = load_map_with_frames(whole_home_map());
+  for (const double x : {1e9, std::nan("")}) {
+    EXPECT_THAT(test::error_of([&] { moved_map(map, Pose(Eigen::Translation3d(x, 0, 0))); }),
+                HasSubstr("farther from the origin"));
+  }
+}
+
+// Cells of the moved map are free only where those of the old one are.
+void expect_the_space_of(const MapWithFrames& map, const Pose& new_from_old, const MapWithFrames& moved) {
+  std::size_t before = 0;
+  map.saved.map.free_space.for_each([&](const CellIndex&, Space space) { before += space == Space::kFree ? 1 : 0; });
+  std::size_t after = 0;
+  std::size_t wrong = 0;
+  const FreeSpaceMap& old = map.saved.map.free_space;
+  moved.saved.map.free_space.for_each([&](const CellIndex& cell, Space space) {
+    if (space != Space::kFree) return;
+    ++after;
+    const Vec3d middle = (Vec3d(cell[0], cell[1], cell[2]) + Vec3d::Constant(0.5)) * old.cell_size_m();
+    const auto at = old.cell_around(new_from_old.inverse() * middle);
+    wrong += at && old.at(*at) == Space::kFree ? 0 : 1;
+  });
+  EXPECT_EQ(wrong, 0U);
+  EXPECT_GT(after, before / 10);  // cells are 20 cm wide here: a layer of them is most of a room's
+  EXPECT_LE(after, before + before / 20);
+}
+
+TEST(HomeMaps, MovedAnyhowItHasTheSameSurfaceSpaceAndPoses) {
+  const MapWithFrames map = load_map_with_frames(whole_home_map());
+  const MapWithFrames moved = moved_map(map, other_world());
+  Mesh back = surface_of(moved.saved.map);
+  for (MeshVertex& v : back.vertices) v.position = (other_world().inverse() * v.position.cast<double>()).cast<float>();
+  constexpr double kHalfAVoxel_m = 0.025;  // from vertex to vertex, which lie elsewhere on the same surface
+  EXPECT_LT(median_distance_m(surface_of(map.saved.map), back), kHalfAVoxel_m);
+  EXPECT_LT(median_distance_m(back, surface_of(map.saved.map)), kHalfAVoxel_m);
+  expect_the_space_of(map, other_world(), moved);
+  const Pose first = *moved.frames.front().world_from_camera;
+  EXPECT_TRUE(first.isApprox(other_world() * *map.frames.front().world_from_camera));
+}
+
 TEST(HomeMaps, MovedByABlockAndBackIsTheSame) {
   const MapWithFrames map = load_map_with_frames(whole_home_map());
   Pose by_a_block = Pose::Identity();
