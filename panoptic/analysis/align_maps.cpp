@@ -22,8 +22,9 @@ namespace {
 
 constexpr double kHorizontal = 0.94;  // the cosine of 20 degrees
 constexpr double kSpacing_m = 0.08;   // of points of the surface
-// The share of walls and furniture that both saw. In one place 98 % and more agree, less what was moved meanwhile; of two homes
-// laid over each other as well as it goes, up to 71 % (docs/maps.md).
+// The share of walls and furniture that both saw. In one place 98 % and more agree, less what was moved meanwhile; in two homes
+// laid over each other as well as it goes, up to 60 % (docs/maps.md), and more where they overlap little: so objects are asked,
+// too.
 constexpr double kLeastAgreement = 0.8;
 constexpr std::size_t kLeastObjects = 3;
 constexpr double kLeastCommon_m2 = 2;   // of walls and furniture
