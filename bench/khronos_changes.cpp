@@ -65,7 +65,7 @@ Fragments fragments_of(const std::filesystem::path& run, const std::map<std::int
   for (const MeshVertex& vertex : read_run_mesh(run).vertices) {
     const auto found = fragments.find(vertex.panoptic_id);
     if (found == fragments.end() || met[vertex.panoptic_id]++ % kSampled != 0) continue;
-    found->second.points.push_back(vertex.position.cast<double>());
+    found->second.points.emplace_back(vertex.position.cast<double>());
   }
   return fragments;
 }

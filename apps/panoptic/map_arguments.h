@@ -4,11 +4,9 @@
 // The command line of the commands that take map files.
 #pragma once
 
-#include "apps/panoptic/arguments.h"
+#include <CLI/CLI.hpp>
 
-namespace CLI {
-class App;
-}
+#include "apps/panoptic/arguments.h"
 
 namespace panoptic {
 

@@ -66,7 +66,7 @@ Pose pose_between(const LandmarkPair& a, const LandmarkPair& b) {
 // Votes for poses that are alike: the turn, and where the middle of b comes to lie.
 class PoseVotes {
  public:
-  explicit PoseVotes(const Vec3d& middle_of_b) : middle_of_b_(middle_of_b) {}
+  explicit PoseVotes(Vec3d middle_of_b) : middle_of_b_(std::move(middle_of_b)) {}
 
   void add(const Pose& pose) {
     const double yaw = std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));

@@ -163,9 +163,9 @@ std::optional<Vec3d> Agent::spot_before(const SittingPlace& place) const {
     return near && is_clear(*near) && is_reached(*near) ? near : std::nullopt;
   };
   for (const Vec2d& at : spots_before(place)) {
-    if (const auto near = found(at, rules::kSpotOff_m)) return near;
+    if (auto near = found(at, rules::kSpotOff_m)) return near;
   }
-  const auto near = found(place.at + rules::kAnySpotAhead_m * place.facing, rules::kAnySpotOff_m);
+  auto near = found(place.at + rules::kAnySpotAhead_m * place.facing, rules::kAnySpotOff_m);
   return near && apart(*near, on_floor(place.at)) < rules::kAnySpotFarthest_m ? near : std::nullopt;
 }
 
