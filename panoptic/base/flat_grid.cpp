@@ -194,4 +194,14 @@ Polygon outline(const FlatGrid& grid, const CellParts& parts, int part) {
   return corners;
 }
 
+Polygon largest_outline(const FlatGrid& grid, const CellSet& set) {
+  const CellParts parts = connected_parts(grid, set);
+  Polygon largest;
+  for (int part = 1; part <= *std::max_element(parts.begin(), parts.end()); ++part) {
+    Polygon candidate = outline(grid, parts, part);
+    if (signed_area(candidate) > signed_area(largest)) largest = std::move(candidate);
+  }
+  return largest;
+}
+
 }  // namespace panoptic

@@ -49,5 +49,7 @@ void grow_within(const FlatGrid& grid, const CellSet& set, CellParts& parts);
 
 // The outer edge of the largest connected piece of a part, counter-clockwise; empty if there is none.
 Polygon outline(const FlatGrid& grid, const CellParts& parts, int part);
+// The outline of the part of a set that has the largest one; empty if the set is.
+Polygon largest_outline(const FlatGrid& grid, const CellSet& set);
 
 }  // namespace panoptic

@@ -20,13 +20,13 @@ enum class AgentState { kStanding, kWalking, kTurning, kSittingDown, kSitting, k
 // "sitting down"
 const char* name_of(AgentState state);
 
-// Where one sits down: on a seat, or on the edge of a bed.
+// A place to sit down on: a seat, or the edge of a bed.
 struct SittingPlace {
   Vec2d at = Vec2d::Zero();
   Vec2d facing = Vec2d::UnitX();
 };
 
-// Where one could stand before it, the best first.
+// Spots before it where one could stand, the best first.
 std::vector<Vec2d> spots_before(const SittingPlace& place);
 // The long edges, then the foot.
 std::vector<SittingPlace> edges_of(const LyingPlace& bed);

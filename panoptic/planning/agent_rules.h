@@ -37,7 +37,8 @@ inline constexpr double kStuck_s = 0.8;
 inline constexpr double kSitDown_s = 1.5;
 inline constexpr double kLieDown_s = 1.7;
 
-// Where one stands before a seat: so far from its middle, so far aside of where it faces; the nearest, and least aside, first.
+// Spots before a seat where one stands: so far from its middle, so far aside of where it faces; the nearest, and least aside,
+// first.
 inline constexpr std::array kSpotDistances_m = {0.42, 0.5, 0.6, 0.72, 0.85};
 inline constexpr std::array kSpotTurns_rad = {0.0, 0.4, -0.4, 0.8, -0.8, 1.3, -1.3};
 inline constexpr double kTurnCosts_m = 0.35;  // a radian

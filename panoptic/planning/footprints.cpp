@@ -152,13 +152,8 @@ Polygon remaining_outline(const Points& points, double voxel_m, const SeenEmpty&
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     cells[cell] = columns.surface[cell] != 0 || (cells[cell] != 0 && columns.empty[cell] == 0) ? 1 : 0;
   }
-  const CellParts parts = connected_parts(columns.grid, cells);
-  Polygon largest;
-  for (int part = 1; part <= *std::max_element(parts.begin(), parts.end()); ++part) {
-    Polygon candidate = outline(columns.grid, parts, part);
-    if (signed_area(candidate) > signed_area(largest)) largest = std::move(candidate);
-  }
-  return simplified(largest, 1.5 * voxel_m);  // three quarters of a cell: steps become slopes, arms of a cell stay
+  return simplified(largest_outline(columns.grid, cells),
+                    1.5 * voxel_m);  // three quarters of a cell: steps become slopes, arms of a cell stay
 }
 
 // Takes piece after piece, the largest first, as long as the shape around them was not seen to be empty: parts of a thing that

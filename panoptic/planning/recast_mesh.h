@@ -64,7 +64,7 @@ struct WalkRules {
   double separation = 0;   // how much it keeps away from others
 };
 
-// Those who walk on a mesh and avoid each other. The same calls give the same steps. One thread at a time.
+// Walkers on a mesh who avoid each other. The same calls give the same steps. One thread at a time.
 class RecastCrowd {
  public:
   using Walker = int;

@@ -87,14 +87,7 @@ Polygon outline_of(const std::vector<Vec2d>& points, double voxel_m) {
   const FlatGrid grid = grid_over(area, 1.5 * voxel_m, 2);
   CellSet cells(grid.size(), 0);
   for (const Vec2d& p : points) cells[grid.cell_at(p).value_or(0)] = 1;
-  const CellParts parts = connected_parts(grid, cells);
-  Polygon best;
-  double largest_m2 = 0;
-  for (int part = 1; part <= *std::max_element(parts.begin(), parts.end()); ++part) {
-    Polygon candidate = outline(grid, parts, part);
-    if (signed_area(candidate) > largest_m2) largest_m2 = signed_area(candidate), best = std::move(candidate);
-  }
-  return simplified(best, 1.5 * voxel_m);
+  return simplified(largest_outline(grid, cells), 1.5 * voxel_m);
 }
 
 // Places on the top that other things stand on or hang over, up to the height of a bottle.

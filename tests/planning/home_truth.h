@@ -12,6 +12,7 @@
 #include "panoptic/planning/distance_cells.h"
 #include "panoptic/sim/home.h"
 #include "panoptic/sim/renderer.h"
+#include "tests/planning/true_points.h"
 
 namespace panoptic::test {
 
@@ -76,32 +77,11 @@ class HomeTruth {
   }
 
   void add(const Scene& scene, const SceneObject& object) {
-    const SceneModel& model = scene.models[object.model];
-    for (const auto& triangle : model.triangles) {
-      std::array<Vec3d, 3> corner;
-      for (std::size_t k = 0; k < 3; ++k) {
-        corner[k] = object.world_from_object * model.positions[triangle[k]].cwiseProduct(object.scale).cast<double>();
-      }
-      add(corner);
-    }
-  }
-
-  // Points of the triangle, nearer to one another than a cell.
-  void add(const std::array<Vec3d, 3>& corner) {
-    const double longest =
-        std::max({(corner[1] - corner[0]).norm(), (corner[2] - corner[0]).norm(), (corner[2] - corner[1]).norm()});
-    const auto [lowest, highest] = std::minmax({corner[0].z(), corner[1].z(), corner[2].z()});
-    if (highest <= low_m_ || lowest >= high_m_) return;
-    const int steps = 1 + static_cast<int>(longest / (kCell_m / 2));
-    for (int i = 0; i <= steps; ++i) {
-      for (int j = 0; j <= steps - i; ++j) {
-        const Vec3d p = corner[0] + (corner[1] - corner[0]) * i / steps + (corner[2] - corner[0]) * j / steps;
-        if (p.z() <= low_m_ || p.z() >= high_m_) continue;
-        const Eigen::Vector2i spot = grid_.around(p.head<2>());
-        const Cell cell(spot.x(), spot.y(), 0);
-        if (grid_.contains(spot) && !obstacles_.holds(cell)) obstacles_.add(cell);
-      }
-    }
+    for_points_of(scene, object, low_m_, high_m_, kCell_m / 2, [&](const Vec3d& p) {
+      const Eigen::Vector2i spot = grid_.around(p.head<2>());
+      const Cell cell(spot.x(), spot.y(), 0);
+      if (grid_.contains(spot) && !obstacles_.holds(cell)) obstacles_.add(cell);
+    });
   }
 
   GroundGrid grid_;

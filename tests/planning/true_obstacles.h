@@ -5,7 +5,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -14,7 +13,7 @@
 #include <vector>
 
 #include "panoptic/base/polygon.h"
-#include "panoptic/sim/scene.h"
+#include "tests/planning/true_points.h"
 
 namespace panoptic::test {
 
@@ -24,18 +23,10 @@ class TrueObstacles {
   static constexpr double kFarthest_m = 0.5;
 
   // Everything between the two heights, or what is of this class.
-  TrueObstacles(const Scene& scene, double low_m, double high_m, std::optional<ClassId> of_class = {})
-      : low_m_(low_m), high_m_(high_m) {
+  TrueObstacles(const Scene& scene, double low_m, double high_m, std::optional<ClassId> of_class = {}) {
     for (const SceneObject& object : scene.objects) {
       if (of_class && object.class_id != *of_class) continue;
-      const SceneModel& model = scene.models[object.model];
-      for (const auto& triangle : model.triangles) {
-        std::array<Vec3d, 3> corner;
-        for (std::size_t k = 0; k < 3; ++k) {
-          corner[k] = object.world_from_object * model.positions[triangle[k]].cwiseProduct(object.scale).cast<double>();
-        }
-        add(corner);
-      }
+      for_points_of(scene, object, low_m, high_m, kPoint_m, [&](const Vec3d& p) { add(p); });
     }
   }
 
@@ -56,24 +47,11 @@ class TrueObstacles {
     return kSide * std::lround(at.x() / size_m) + std::lround(at.y() / size_m);
   }
 
-  void add(const std::array<Vec3d, 3>& corner) {
-    const double longest =
-        std::max({(corner[1] - corner[0]).norm(), (corner[2] - corner[0]).norm(), (corner[2] - corner[1]).norm()});
-    const auto [lowest, highest] = std::minmax({corner[0].z(), corner[1].z(), corner[2].z()});
-    if (highest <= low_m_ || lowest >= high_m_) return;
-    const int steps = 1 + static_cast<int>(longest / kPoint_m);
-    for (int i = 0; i <= steps; ++i) {
-      for (int j = 0; j <= steps - i; ++j) {
-        const Vec3d p = corner[0] + (corner[1] - corner[0]) * i / steps + (corner[2] - corner[0]) * j / steps;
-        if (p.z() <= low_m_ || p.z() >= high_m_) continue;
-        const Vec2d point(std::round(p.x() / kPoint_m) * kPoint_m, std::round(p.y() / kPoint_m) * kPoint_m);
-        if (points_.insert(key(point, kPoint_m)).second) squares_[key(point, kFarthest_m)].push_back(point);
-      }
-    }
+  void add(const Vec3d& p) {
+    const Vec2d point(std::round(p.x() / kPoint_m) * kPoint_m, std::round(p.y() / kPoint_m) * kPoint_m);
+    if (points_.insert(key(point, kPoint_m)).second) squares_[key(point, kFarthest_m)].push_back(point);
   }
 
-  double low_m_;
-  double high_m_;
   std::unordered_set<std::int64_t> points_;
   std::unordered_map<std::int64_t, std::vector<Vec2d>> squares_;
 };
