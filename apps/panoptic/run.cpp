@@ -269,9 +269,6 @@ void require_possible(const Arguments& arguments) {
   if (arguments.online && arguments.resume) {
     throw UsageError("--resume is for runs without --online: what an online run drops depends on the moment");
   }
-  if (arguments.online && !arguments.pose_updates.empty()) {
-    throw UsageError("--pose-updates is for runs without --online: their moments count frames that online runs may drop");
-  }
   if (arguments.online && !arguments.write_moving.empty()) {
     throw UsageError("--write-moving is for runs without --online: what moves there is known when the frame is gone");
   }

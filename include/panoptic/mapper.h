@@ -46,7 +46,8 @@ class Mapper {
 
   // The two halves of `add`, for runs where labels come later than frames. If nothing else is added or regularized between the
   // two, they leave the map that `add` leaves. add_geometry counts the frame. add_labels REQUIRES that add_geometry used this
-  // frame, and does object maintenance when it is due. Neither regularizes: call regularize.
+  // frame, takes the pose that the map has of it now (see update_poses), and does object maintenance when it is due. Neither
+  // regularizes: call regularize.
   Outcome add_geometry(const Frame& frame);
   Outcome add_labels(const Frame& frame, const Segmentation& segmentation);
 

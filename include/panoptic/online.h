@@ -12,6 +12,9 @@
 // Depth and colour of every frame are integrated as it comes; its labels, if the networks had time for it, when its prediction is
 // there, with that frame's own pose. What is dropped: a frame that comes while `waiting_frames` wait for fusion is dropped whole;
 // of the frames that come while the networks are at work, the newest alone is predicted, and the others stay without labels.
+//
+// Corrected poses (update_poses) are followed by fusion, in a new map beside the old one: who looks on sees the old one until
+// they change places, and frames wait.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +29,7 @@
 #include "panoptic/labels.h"
 #include "panoptic/mesh.h"
 #include "panoptic/options.h"
+#include "panoptic/pose_update.h"
 #include "panoptic/predictor.h"
 #include "panoptic/profile.h"
 #include "panoptic/segmentation.h"
@@ -72,13 +76,14 @@ struct OnlineReport {
   std::uint64_t passed_over = 0;  // since the networks were busy with another
   double geometry_hz = 0;         // from the first to the last
   double label_hz = 0;
-  Profile latency;             // since the frame was read: "fused", "labelled", "visible" (in a published snapshot)
-  std::string stopped_by;      // why, if it ended early; else empty
-  std::exception_ptr failure;  // what a stage threw: the map holds what was fused by then; else null
+  std::vector<Correction> corrections;  // in their order
+  Profile latency;                      // since the frame was read: "fused", "labelled", "visible" (in a published snapshot)
+  std::string stopped_by;               // why, if it ended early; else empty
+  std::exception_ptr failure;           // what a stage threw: the map holds what was fused by then; else null
 };
 
-// Threads: push, push_when_free, skip, published, stop and stopped may be called from any thread; finish and the destructor from
-// the one that made the pipeline. From construction until finish returns the pipeline alone uses the mapper and the predictor.
+// Threads: all may be called from any thread, but finish and the destructor from the one that made the pipeline. From
+// construction until finish returns the pipeline alone uses the mapper and the predictor.
 class OnlinePipeline {
  public:
   // `predictor`: nullptr for geometry and colour alone. `latest`: where snapshots go; nullptr: nobody looks on. `total`: frames
@@ -93,6 +98,8 @@ class OnlinePipeline {
     // Told of every frame, and asked to save after each whose geometry was fused; nullptr: nobody is. The pipeline alone uses it
     // until finish returns.
     RunRecorder* recorder = nullptr;
+    // Reads a frame that was pushed once more, for update_poses, on the fusion thread or one of its own; empty: poses stay.
+    ReadFrame read_again = {};
   };
   OnlinePipeline(const Parts& parts, const OnlineOptions& options);
   ~OnlinePipeline();  // as stop and finish
@@ -105,6 +112,12 @@ class OnlinePipeline {
   bool push(Frame frame);
   // The same for recordings that should be mapped whole: waits for room. False if the run is over.
   bool push_when_free(Frame frame);
+  // The map follows corrected poses (Mapper::update_poses) as soon as the frames that were pushed before are in it: dropped
+  // frames have no pose there. Waits for room. Labels that come later are fused with the corrected poses. False if the run is
+  // over. What cannot be done ends the run. REQUIRES Parts::read_again, and options with map.log = "reference".
+  bool update_poses(std::vector<PoseUpdate> poses);
+  // The map is being fused anew: frames that are pushed have to wait, or are dropped, until that is done.
+  bool is_correcting() const;
   // Counts a frame that could not even be read.
   void skip(const SkippedFrame& frame);
 

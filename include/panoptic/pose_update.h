@@ -33,6 +33,7 @@ struct Correction {
   std::size_t blocks_refused = 0;  // of those, fused anew
   double ms = 0;                   // all of it
   double wait_ms = 0;              // of that, waiting for frames to be read
+  double pause_ms = 0;             // of it, when nobody could look at the map: online while the maps changed places, else all
 };
 
 // The corrections of a run at a moment: after the frame of this number, or after the last one before the end.

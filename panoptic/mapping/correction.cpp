@@ -203,51 +203,53 @@ FrameLog MapperParts::corrected_log(std::span<const PoseUpdate> poses, Correctio
   return log;
 }
 
-Correction MapperParts::fuse_anew(std::span<const PoseUpdate> poses, const ReadFrame& read) {
-  const Stopwatch stopwatch;
-  Correction correction;
-  FrameLog log = corrected_log(poses, correction);
-  correction.blocks = map_.voxels.block_count();
-  if (correction.frames == 0) return correction;
+MapAnew MapperParts::begin_anew(std::span<const PoseUpdate> poses) const {
+  MapAnew anew;
+  anew.log = corrected_log(poses, anew.correction);
+  anew.correction.blocks = map_.voxels.block_count();
+  anew.epoch = map_.voxels.epoch();
+  return anew;
+}
+
+void MapperParts::fuse(MapAnew& anew, const ReadFrame& read) const {
+  const FrameLog& log = anew.log;
   LoggedAssociation logged(options_, log, map_);
-  MapperParts fresh(options_, map_.labels,
-                    {.associate = [&](const FrameToLabel& to_label, PanopticMap& map) { return logged.associate(to_label, map); },
-                     .labelled = {}});
+  const auto associate = [&](const FrameToLabel& to_label, PanopticMap& map) { return logged.associate(to_label, map); };
+  anew.parts = std::make_unique<MapperParts>(options_, map_.labels, ReplacedStages{associate, {}});
+  MapperParts& fresh = *anew.parts;
   fresh.tasks_.clear();
   fresh.log_ = FrameLog();
   fresh.map_.objects = emptied(map_.objects);
-  fresh.map_.voxels.restore_epochs(map_.voxels.epoch(), {});  // so that all of it has changed for whoever looks
+  fresh.map_.voxels.restore_epochs(anew.epoch, {});  // so that all of it has changed for whoever looks
   LoggedFrames frames(log, read);
   for (std::size_t n = 0; n < log.size(); ++n) {
     const Stopwatch waiting;
     const Frame frame = frames.next();
-    correction.wait_ms += 1000 * waiting.seconds();
+    anew.correction.wait_ms += 1000 * waiting.seconds();
     std::optional<LoggedLabels> labels = log.labels(n);
     if (labels) logged.set_ids(std::move(labels->ids));
     const Outcome outcome = labels ? fresh.add(frame, labels->segmentation) : fresh.add_geometry(frame);
     if (!outcome.used) throw Error(fmt::format("frame {} cannot be fused again: {}", frame.index, outcome.reason));
     if ((n + 1) % static_cast<std::size_t>(options_.objects.every_frames) == 0) fresh.find_gone();
   }
-  take_over(fresh, std::move(log));
-  correction.blocks = map_.voxels.block_count();
-  correction.blocks_refused = correction.blocks;
-  correction.ms = 1000 * stopwatch.seconds();
-  return correction;
+  fresh.replaced_ = {};
+  anew.correction.blocks = fresh.map_.voxels.block_count();
+  anew.correction.blocks_refused = anew.correction.blocks;
 }
 
-void MapperParts::take_over(MapperParts& fresh, FrameLog log) {
-  map_ = std::move(fresh.map_);
-  maintenance_ = std::move(fresh.maintenance_);
-  regularizer_ = std::move(fresh.regularizer_);
-  moving_tracks_ = std::move(fresh.moving_tracks_);
-  presence_ = std::move(fresh.presence_);
-  mesher_ = Mesher(options_.mesher);
+void MapperParts::take_over(MapAnew& anew) {
+  MapperParts& fresh = *anew.parts;
+  std::swap(map_, fresh.map_);
+  std::swap(maintenance_, fresh.maintenance_);
+  std::swap(regularizer_, fresh.regularizer_);
+  std::swap(moving_tracks_, fresh.moving_tracks_);
+  std::swap(presence_, fresh.presence_);
+  std::swap(mesher_, fresh.mesher_);
   association_ = {};
   up_sum_ = fresh.up_sum_;
-  log_ = std::move(log);
+  log_ = std::move(anew.log);
   retrace();
   ++times_anew_;
-  give_back_free_memory();
 }
 
 // Poses of the log are exact, and as they are now.
@@ -257,18 +259,34 @@ void MapperParts::retrace() {
   frames_.retrace(trajectory);
 }
 
+Correction MapperParts::fuse_anew(std::span<const PoseUpdate> poses, const ReadFrame& read) {
+  const Stopwatch stopwatch;
+  MapAnew anew = begin_anew(poses);
+  if (anew.correction.frames == 0) return anew.correction;
+  fuse(anew, read);
+  take_over(anew);
+  anew.parts.reset();
+  give_back_free_memory();
+  anew.correction.ms = 1000 * stopwatch.seconds();
+  anew.correction.pause_ms = anew.correction.ms;
+  return anew.correction;
+}
+
+void MapperParts::settle() {
+  if (finished_) {
+    finish();
+  } else {
+    timed("maintain", [&] { maintain(); });
+    regularize();
+  }
+}
+
 Correction MapperParts::update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read) {
   const Stopwatch stopwatch;
   Correction correction = fuse_anew(poses, read);
-  if (correction.frames > 0) {
-    if (finished_) {
-      finish();
-    } else {
-      timed("maintain", [&] { maintain(); });
-      regularize();
-    }
-  }
+  if (correction.frames > 0) settle();
   correction.ms = 1000 * stopwatch.seconds();
+  correction.pause_ms = correction.ms;
   profile_.add("correct", stopwatch.seconds());
   return correction;
 }

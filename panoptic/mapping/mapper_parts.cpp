@@ -78,8 +78,9 @@ Outcome MapperParts::add_geometry(const Frame& frame) {
   return {};
 }
 
-Outcome MapperParts::add_labels(const Frame& frame, const Segmentation& segmentation) {
+Outcome MapperParts::add_labels(const Frame& given, const Segmentation& segmentation) {
   StageTimer timer(profile_);
+  const Frame frame = as_mapped(given);
   const Accepted accepted = accept(frame, segmentation, timer, "register labels");
   if (accepted.registered == nullptr) return accepted.outcome;
   const FrameToLabel to_label{frame, segmentation, *accepted.registered};
@@ -179,6 +180,13 @@ void MapperParts::count_frame(const Frame& frame) {
   last_frame_ = frame.index;
   frames_.count_used({frame.time_s, frame.world_from_camera, frame.index});
   log_.add(frame);
+}
+
+// The frame with the pose that the map has of it now: it may have been corrected since its geometry was added.
+Frame MapperParts::as_mapped(Frame frame) const {
+  const auto n = times_anew_ > 0 && !log_.has_doubles() ? log_.find(frame.index) : std::nullopt;
+  if (n) frame.world_from_camera = log_.entries()[*n].world_from_camera;
+  return frame;
 }
 
 void MapperParts::count_labels(const Frame& frame, const Segmentation& segmentation) {

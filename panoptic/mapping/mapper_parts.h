@@ -59,6 +59,16 @@ struct ReplacedStages {
   std::function<void(const FrameToLabel&, std::span<const LabelSlot>)> labelled;  // after the labels were integrated
 };
 
+class MapperParts;
+
+// A map that is fused anew with corrected poses beside the one of a mapper.
+struct MapAnew {
+  Correction correction;  // `frames` is 0 if no pose moved: then there is nothing to be done
+  FrameLog log;           // with the corrected poses
+  std::uint64_t epoch = 0;
+  std::unique_ptr<MapperParts> parts;
+};
+
 // Used like a Mapper: one thread at a time.
 class MapperParts {
  public:
@@ -68,13 +78,20 @@ class MapperParts {
   // The functions of Mapper.
   Outcome add(const Frame& frame, const Segmentation& segmentation);
   Outcome add_geometry(const Frame& frame);
-  Outcome add_labels(const Frame& frame, const Segmentation& segmentation);
+  Outcome add_labels(const Frame& given, const Segmentation& segmentation);
   void skip(const SkippedFrame& frame) { frames_.count_skipped(frame); }
   void regularize();
   void finish();
   Correction update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read);
   // The same without the tasks that follow.
   Correction fuse_anew(std::span<const PoseUpdate> poses, const ReadFrame& read);
+  // fuse_anew in steps, so that the long one can run beside others who look at the mapper, skip, and ask for its surface; nothing
+  // else must happen to it between the first step and the last. begin_anew reads it; fuse makes the new map; take_over exchanges
+  // the two in a moment, and leaves the old one to be destroyed. settle are the tasks that follow, before or after take_over.
+  MapAnew begin_anew(std::span<const PoseUpdate> poses) const;
+  void fuse(MapAnew& anew, const ReadFrame& read) const;
+  void take_over(MapAnew& anew);
+  void settle();
   // How often the map was made anew: blocks have other slots since the last time.
   std::uint64_t times_anew() const { return times_anew_; }
   const FrameLog& log() const { return log_; }
@@ -149,10 +166,10 @@ class MapperParts {
   void find_gone();
   void check_memory() const;
   void count_frame(const Frame& frame);
+  Frame as_mapped(Frame frame) const;
   void count_labels(const Frame& frame, const Segmentation& segmentation);
   void log_labels(const Frame& frame, const Segmentation& segmentation);
   FrameLog corrected_log(std::span<const PoseUpdate> poses, Correction& correction) const;
-  void take_over(MapperParts& fresh, FrameLog log);
   void retrace();
   void note_covisible();
   void run_due_tasks(Counted counted);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <utility>
 
@@ -38,23 +39,22 @@ Segmentation predict(const MappingRun& run, const Frame& frame) {
   return segmentation;
 }
 
+using FollowPoses = std::function<void(std::span<const PoseUpdate>)>;
+using NoteFrame = std::function<void(std::int64_t frame, std::size_t position)>;
+
 // Corrections of poses that come from outside, each at its moment.
 class PoseCorrector {
  public:
-  PoseCorrector(const MappingRun& run, std::vector<Correction>& done)
-      : run_(run), left_(run.pose_updates), finder_(run.dataset), done_(done) {
+  // `apply`: lets the map follow some.
+  PoseCorrector(const MappingRun& run, FollowPoses apply) : left_(run.pose_updates), apply_(std::move(apply)) {
     if (run.checkpoints == nullptr) return;
     // A map that is gone on with followed the corrections up to there.
-    finder_.note(run.checkpoints->resumed_frames(), run.range);
     for (const FrameRecord& record : run.checkpoints->resumed_frames()) pass(record.frame);
   }
 
   // The run has come to this frame, whether or not it could be used.
-  void passed(std::int64_t frame, std::size_t position) {
-    finder_.note(frame, position);
+  void passed(std::int64_t frame) {
     while (!left_.empty() && left_.front().at_frame == frame) apply_next();
-    if (run_.tracker == nullptr) return;
-    if (const std::vector<PoseUpdate> poses = run_.tracker->corrections(); !poses.empty()) apply(poses);
   }
   void apply_all() {
     while (!left_.empty()) apply_next();
@@ -67,17 +67,17 @@ class PoseCorrector {
   void apply_next() {
     const PoseUpdates& updates = left_.front();
     left_ = left_.subspan(1);
-    apply(updates.poses);
-  }
-  void apply(std::span<const PoseUpdate> poses) {
-    done_.push_back(run_.mapper.update_poses(poses, [&](std::int64_t frame) { return finder_.read(frame); }));
+    apply_(updates.poses);
   }
 
-  const MappingRun& run_;
   std::span<const PoseUpdates> left_;
-  FrameFinder finder_;
-  std::vector<Correction>& done_;
+  FollowPoses apply_;
 };
+
+// The frames that a map that is gone on with has already.
+void note_earlier(const MappingRun& run, FrameFinder& finder) {
+  if (run.checkpoints != nullptr) finder.note(run.checkpoints->resumed_frames(), run.range);
+}
 
 // The pose that the recording gives, if it gives one.
 std::optional<Pose> given_pose(const Frame& frame, std::size_t position, const MappingRun& run) {
@@ -96,6 +96,10 @@ bool locate(Frame& frame, std::size_t position, const MappingRun& run, RunRecord
   run.mapper.skip({frame.index, located.reason});
   recorder.not_given({.frame = frame.index, .time_s = frame.time_s, .unused_because = located.reason});
   return false;
+}
+
+void follow_loops(RunTracker& tracker, const FollowPoses& follow) {
+  if (const std::vector<PoseUpdate> poses = tracker.corrections(); !poses.empty()) follow(poses);
 }
 
 // The mask of what moves, at the size of the depth image.
@@ -118,7 +122,13 @@ void map_frame(Frame read, const MappingRun& run, RunRecorder& recorder, LoopPub
 // Returns why it ended before the range did; empty if it did not.
 std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublisher* publisher,
                        std::vector<Correction>& corrections) {
-  PoseCorrector corrector(run, corrections);
+  FrameFinder finder(run.dataset);
+  note_earlier(run, finder);
+  const ReadFrame read_again = [&](std::int64_t frame) { return finder.read(frame); };
+  const FollowPoses follow = [&](std::span<const PoseUpdate> poses) {
+    corrections.push_back(run.mapper.update_poses(poses, read_again));
+  };
+  PoseCorrector corrector(run, follow);
   std::size_t done = run.checkpoints != nullptr ? run.checkpoints->positions() : 0;
   FrameStream stream(run.dataset, rest_of(run.range, done));
   for (;; ++done) {
@@ -136,7 +146,9 @@ std::string map_frames(const MappingRun& run, RunRecorder& recorder, LoopPublish
       run.mapper.skip(read->skipped);
       recorder.not_given({.frame = read->skipped.index, .unused_because = read->skipped.reason});
     }
-    corrector.passed(frame, position);
+    finder.note(frame, position);
+    corrector.passed(frame);
+    if (run.tracker != nullptr) follow_loops(*run.tracker, follow);
     recorder.save_if_due(run.mapper);
   }
   corrector.apply_all();
@@ -157,6 +169,22 @@ MappingResult result_of(const MappingRun& run, const RunRecorder& recorder) {
   result.last_used = recorder.last_used();
   if (run.tracker != nullptr) result.tracking = run.tracker->report();
   return result;
+}
+
+// Plays the recording, and hands each correction over behind the frame that it comes after.
+void play_to(OnlinePipeline& pipeline, const MappingRun& run, double speed, const NoteFrame& note) {
+  PoseCorrector corrector(run, [&](std::span<const PoseUpdate> poses) { pipeline.update_poses({poses.begin(), poses.end()}); });
+  std::optional<std::int64_t> before;
+  const auto look = [&](std::size_t done) {
+    if (!run.go_on(done)) pipeline.stop(kInterrupted);
+  };
+  const auto comes = [&](std::int64_t frame, std::size_t position) {
+    note(frame, position);
+    if (before) corrector.passed(*before);
+    before = frame;
+  };
+  play(run.dataset, {run.range, speed}, pipeline, look, comes);
+  corrector.apply_all();
 }
 
 // The text for a person of what the action throws; empty if it throws nothing.
@@ -196,14 +224,21 @@ MappingResult map_offline(const MappingRun& run, LoopPublisher* publisher) {
 
 MappingResult map_online(const MappingRun& run, double speed, const OnlineOptions& options, LatestSnapshot& latest) {
   RunRecorder recorder(run.checkpoints);
+  FrameFinder finder(run.dataset);
+  note_earlier(run, finder);
   OnlinePipeline::Parts parts{run.mapper, run.predictor, &latest, run.range.count(run.dataset.size())};
   parts.recorder = &recorder;
+  std::mutex finding;  // a frame is noted while others are read again
+  parts.read_again = [&](std::int64_t frame) {
+    const std::lock_guard lock(finding);
+    return finder.read(frame);
+  };
+  const NoteFrame note = [&](std::int64_t frame, std::size_t position) {
+    const std::lock_guard lock(finding);
+    finder.note(frame, position);
+  };
   OnlinePipeline pipeline(parts, options);
-  std::string failure = failure_of([&] {
-    play(run.dataset, {run.range, speed}, pipeline, [&](std::size_t done) {
-      if (!run.go_on(done)) pipeline.stop(kInterrupted);
-    });
-  });
+  std::string failure = failure_of([&] { play_to(pipeline, run, speed, note); });
   if (!failure.empty()) pipeline.stop(failure);
   const OnlineReport report = pipeline.finish();
   if (report.failure) failure = failure_of([&] { std::rethrow_exception(report.failure); });
@@ -216,6 +251,7 @@ MappingResult map_online(const MappingRun& run, double speed, const OnlineOption
   result.stopped_by = failure.empty() ? report.stopped_by : failure;
   result.failure = std::move(failure);
   result.online = report;
+  result.corrections = report.corrections;
   return result;
 }
 

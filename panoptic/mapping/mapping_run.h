@@ -33,7 +33,7 @@ struct MappingRun {
   Predictor* predictor = nullptr;  // nullptr: geometry and colour alone
   Mapper& mapper;
   Checkpoints* checkpoints = nullptr;  // of the map file; nullptr: none is kept
-  // Applied after their frames, in their order, and what is left before the end; not online.
+  // Applied after their frames, in their order, and what is left before the end.
   std::span<const PoseUpdates> pose_updates = {};
   // Called with the number of positions done, before each; false: the run is to end there.
   std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };

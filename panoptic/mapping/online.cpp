@@ -9,6 +9,7 @@
 
 #include "panoptic/base/config.h"
 #include "panoptic/base/os.h"
+#include "panoptic/error.h"
 #include "panoptic/mapping/online_stages.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/mapping/published_map.h"
@@ -104,7 +105,7 @@ void OnlinePipeline::Inside::end_stages() {
 bool OnlinePipeline::Inside::take(Frame frame, bool when_free) {
   if (run.control.stopped()) return false;
   const auto arrived = std::make_shared<const ArrivedFrame>(ArrivedFrame{kept(std::move(frame)), RunControl::Clock::now()});
-  const Pushed pushed = when_free ? run.jobs.push({arrived, nullptr}) : run.jobs.try_push({arrived, nullptr});
+  const Pushed pushed = when_free ? run.jobs.push({arrived}) : run.jobs.try_push({arrived});
   const bool dropped = pushed == Pushed::kFull;
   const bool passed_over = pushed == Pushed::kYes && run.parts.predictor != nullptr && run.newest.put(arrived);
   if (dropped && run.parts.recorder != nullptr) run.dropped.put(record_of(arrived->frame, false, Outcome::refused(kDropped)));
@@ -114,6 +115,14 @@ bool OnlinePipeline::Inside::take(Frame frame, bool when_free) {
 
 bool OnlinePipeline::push(Frame frame) { return inside_->take(std::move(frame), false); }
 bool OnlinePipeline::push_when_free(Frame frame) { return inside_->take(std::move(frame), true); }
+
+bool OnlinePipeline::update_poses(std::vector<PoseUpdate> poses) {
+  SharedRun& run = inside_->run;
+  if (!run.parts.read_again) throw Error("the map cannot follow corrected poses: Parts::read_again is missing");
+  return !run.control.stopped() && run.jobs.push({.poses = std::move(poses)}) == Pushed::kYes;
+}
+
+bool OnlinePipeline::is_correcting() const { return inside_->run.is_correcting; }
 
 void OnlinePipeline::skip(const SkippedFrame& frame) {
   SharedRun& run = inside_->run;

@@ -22,6 +22,11 @@ void OnlineCounters::unreadable() {
   ++report_.skipped;
 }
 
+void OnlineCounters::corrected(const Correction& correction) {
+  const std::lock_guard lock(mutex_);
+  report_.corrections.push_back(correction);
+}
+
 void OnlineCounters::fused(Clock::time_point read_at) {
   const std::lock_guard lock(mutex_);
   ++report_.used;

@@ -22,6 +22,7 @@ class OnlineCounters {
   // A frame was handed over; `passed_over`: the networks will not see the one before it.
   void arrived(bool dropped, bool passed_over);
   void unreadable();
+  void corrected(const Correction& correction);
   // The geometry of a frame was fused, or refused.
   void fused(Clock::time_point read_at);
   void refused();

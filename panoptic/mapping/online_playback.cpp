@@ -32,6 +32,8 @@ class Pace {
     const double after_s = std::fmin((time_s - first_s_) / speed_, kLongest_s);
     return start_ + std::chrono::duration_cast<Clock::duration>(Seconds(std::fmax(after_s, 0)));
   }
+  // All that comes is due so much later.
+  void put_off(Clock::duration by) { start_ += by; }
 
  private:
   double speed_;
@@ -40,29 +42,42 @@ class Pace {
   Clock::time_point start_;
 };
 
+// Waits until a frame is due. False as soon as `go_on` says so.
+bool wait_for(double time_s, Pace& pace, const OnlinePipeline& pipeline, const std::function<bool()>& go_on) {
+  for (;;) {
+    const Clock::time_point due = pace.due(time_s);
+    const Clock::time_point now = Clock::now();
+    const bool stands_still = pipeline.is_correcting();
+    if (due <= now && !stands_still) return true;
+    std::this_thread::sleep_for(stands_still ? kLook : std::min<Seconds>(due - now, kLook));
+    if (stands_still) pace.put_off(Clock::now() - now);
+    if (!go_on()) return false;
+  }
+}
+
 }  // namespace
 
 void play(const Dataset& dataset, const Playback& playback, OnlinePipeline& pipeline,
-          const std::function<void(std::size_t done)>& look) {
+          const std::function<void(std::size_t done)>& look,
+          const std::function<void(std::int64_t frame, std::size_t position)>& comes) {
   FrameStream stream(dataset, playback.range);
   Pace pace(playback.speed);
-  const auto go_on = [&](std::size_t done) {
+  std::size_t done = 0;
+  const auto go_on = [&] {
     if (look) look(done);
     return !pipeline.stopped();
   };
-  for (std::size_t done = 0; go_on(done); ++done) {
+  for (; go_on(); ++done) {
     std::optional<ReadResult> read = stream.next();
     if (!read) return;
+    const std::int64_t frame = read->frame ? read->frame->index : read->skipped.index;
+    if (comes) comes(frame, playback.range.begin + done * playback.range.step);
     if (!read->frame) {
       pipeline.skip(read->skipped);
     } else if (playback.speed == Playback::kAsFastAsPossible) {
       pipeline.push_when_free(std::move(*read->frame));
     } else {
-      const Clock::time_point due = pace.due(read->frame->time_s);
-      for (auto left = due - Clock::now(); left.count() > 0; left = due - Clock::now()) {
-        std::this_thread::sleep_for(std::min<Seconds>(left, kLook));
-        if (!go_on(done)) return;
-      }
+      if (!wait_for(read->frame->time_s, pace, pipeline, go_on)) return;
       pipeline.push(std::move(*read->frame));
     }
   }

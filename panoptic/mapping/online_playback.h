@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 
 #include "panoptic/online.h"
@@ -24,9 +25,11 @@ struct Playback {
 
 // Hands every position of the range to the pipeline, in order, until the end or until the pipeline is stopped; does not finish
 // it. `look`, if given, is called with the number of positions done: before each, and at least every 50 ms while waiting for the
-// time of the next; it may call pipeline.stop. Frames are decoded ahead; if decoding cannot keep up, playback is slower than
-// asked for.
+// time of the next; it may call pipeline.stop. `comes`, if given, is called for each position before it is handed over. While the
+// map follows corrected poses, the clock of a recording that plays at a speed stands still. Frames are decoded ahead; if decoding
+// cannot keep up, playback is slower than asked for.
 void play(const Dataset& dataset, const Playback& playback, OnlinePipeline& pipeline,
-          const std::function<void(std::size_t done)>& look = {});
+          const std::function<void(std::size_t done)>& look = {},
+          const std::function<void(std::int64_t frame, std::size_t position)>& comes = {});
 
 }  // namespace panoptic

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <mutex>
+#include <span>
 #include <utility>
 
+#include "panoptic/base/memory.h"
 #include "panoptic/profile.h"
 
 namespace panoptic {
@@ -19,6 +21,53 @@ void record(SharedRun& run, const ArrivedFrame& arrived, const Outcome& outcome)
   record_dropped(run);
   arrived.position = run.parts.recorder->frame(arrived.frame, false, outcome);
   run.parts.recorder->save_if_due(run.parts.mapper);
+}
+
+// Says that the map is being fused anew, as long as it lives.
+class Correcting {
+ public:
+  explicit Correcting(std::atomic<bool>& is_correcting) : is_correcting_(is_correcting) { is_correcting_ = true; }
+  ~Correcting() { is_correcting_ = false; }
+  Correcting(const Correcting&) = delete;
+  Correcting& operator=(const Correcting&) = delete;
+
+ private:
+  std::atomic<bool>& is_correcting_;
+};
+
+// The mapper is held for two moments alone. Its surface is ready before the maps change places, and the old one is destroyed
+// afterwards, so that nobody has to wait for either.
+void correct(SharedRun& run, std::span<const PoseUpdate> poses) {
+  run.parts.before_work("correction");
+  const Correcting correcting(run.is_correcting);
+  const std::lock_guard no_regularizer(run.regularizing);
+  const Stopwatch stopwatch;
+  MapperParts& parts = run.parts.mapper.parts();
+  Stopwatch holding;
+  const auto begin = [&] {
+    const std::lock_guard lock(run.mapper_mutex);
+    holding = Stopwatch();
+    return parts.begin_anew(poses);
+  };
+  MapAnew anew = begin();
+  Correction& correction = anew.correction;
+  correction.pause_ms = 1000 * holding.seconds();
+  if (correction.frames > 0) {
+    parts.fuse(anew, run.parts.read_again);
+    anew.parts->settle();
+    anew.parts->surface();
+    {
+      const std::lock_guard lock(run.mapper_mutex);
+      holding = Stopwatch();
+      parts.take_over(anew);
+      correction.pause_ms += 1000 * holding.seconds();
+    }
+    anew.parts.reset();
+    give_back_free_memory();
+  }
+  correction.ms = 1000 * stopwatch.seconds();
+  run.counters.took("correct", stopwatch);
+  run.counters.corrected(correction);
 }
 
 void fuse_geometry(SharedRun& run, const FusionJob& job) {
@@ -45,6 +94,16 @@ void fuse_labels(SharedRun& run, const FusionJob& job) {
   run.counters.labelled(job.arrived->read_at);
 }
 
+void fuse(SharedRun& run, const FusionJob& job) {
+  if (job.arrived == nullptr) {
+    correct(run, job.poses);
+  } else if (job.segmentation != nullptr) {
+    fuse_labels(run, job);
+  } else {
+    fuse_geometry(run, job);
+  }
+}
+
 Segmentation predict(SharedRun& run, const SharedFrame& arrived) {
   if (!run.halves) return run.parts.predictor->predict(arrived->frame);
   run.semantic_todo.push(arrived);
@@ -56,15 +115,16 @@ Segmentation predict(SharedRun& run, const SharedFrame& arrived) {
   return semantic ? run.halves->join(*semantic, instances) : Segmentation();  // nothing: the run has failed
 }
 
-// Tile by tile: mapping pauses only while one is copied or written.
+// Tile by tile: mapping pauses only while one is copied or written. A map that is being fused anew is regularized with it.
 void regularize(SharedRun& run) {
+  const std::lock_guard regularizing(run.regularizing);
   std::vector<std::vector<Slot>> tiles;
   {
     const std::lock_guard lock(run.mapper_mutex);
     tiles = run.parts.mapper.parts().choose_tiles();
   }
   for (const std::vector<Slot>& blocks : tiles) {
-    if (!run.control.wait_until(Clock::now())) return;
+    if (!run.control.wait_until(Clock::now()) || run.is_correcting) return;
     TileGraph tile;
     {
       const std::lock_guard lock(run.mapper_mutex);
@@ -91,7 +151,7 @@ void now_and_then(SharedRun& run, float every_s, const char* stage, const Work& 
 void fuse_jobs(SharedRun& run) {
   while (const std::optional<FusionJob> job = run.jobs.pop()) {
     run.parts.before_work("fusion");
-    job->segmentation ? fuse_labels(run, *job) : fuse_geometry(run, *job);
+    fuse(run, *job);
   }
 }
 

@@ -4,10 +4,12 @@
 // The stages of the online pipeline: each function is the work of one thread, from the first frame to the last.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -20,6 +22,7 @@
 #include "panoptic/mapping/run_recorder.h"
 #include "panoptic/online.h"
 #include "panoptic/options.h"
+#include "panoptic/pose_update.h"
 #include "panoptic/predictor.h"
 #include "panoptic/segmentation.h"
 
@@ -33,10 +36,12 @@ struct ArrivedFrame {
 };
 using SharedFrame = std::shared_ptr<const ArrivedFrame>;
 
-// A piece of work for fusion: the geometry of a frame, or its labels if there is a segmentation.
+// A piece of work for fusion: the geometry of a frame, its labels if there is a segmentation, or, if there is no frame, poses
+// that the map is to follow.
 struct FusionJob {
-  SharedFrame arrived;
-  std::shared_ptr<const Segmentation> segmentation;
+  SharedFrame arrived = nullptr;
+  std::shared_ptr<const Segmentation> segmentation = nullptr;
+  std::vector<PoseUpdate> poses = {};
 };
 
 // All that the stages share.
@@ -48,6 +53,9 @@ struct SharedRun {
   FairMutex mapper_mutex;                                        // guards mapper and recorder, and these two
   SnapshotPublisher publisher;                                   // but for publish
   std::vector<RunControl::Clock::time_point> fused_unseen = {};  // read times of the frames that no snapshot shows yet
+
+  std::mutex regularizing = {};             // held by the regularizer at work, and by fusion while the map is fused anew
+  std::atomic<bool> is_correcting = false;  // the map is being fused anew
 
   BoundedQueue<FusionJob> jobs;
   Mailbox<SharedFrame> newest = {};

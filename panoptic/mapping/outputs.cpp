@@ -96,7 +96,7 @@ Json to_json(const OnlineReport& o) {
 Json to_json(const Correction& c) {
   Json json = {{"frames", c.frames},   {"blocks_refused", c.blocks_refused},
                {"blocks", c.blocks},   {"ms", c.ms},
-               {"wait_ms", c.wait_ms}, {"pause_ms", c.ms}};  // mapping waits as long as a correction takes
+               {"wait_ms", c.wait_ms}, {"pause_ms", c.pause_ms}};
   if (c.unknown > 0) json["unknown"] = {{"frames", c.unknown}, {"first", c.first_unknown}};
   return json;
 }

@@ -78,8 +78,21 @@ void SnapshotPublisher::fused(std::shared_ptr<const Frame> frame) {
   path_.add(newest_->world_from_camera.translation().cast<float>());
 }
 
+// Where the camera was, as far as it was corrected since the last time.
+void SnapshotPublisher::follow_poses(const MapperParts& mapper) {
+  if (std::exchange(times_anew_, mapper.times_anew()) == mapper.times_anew()) return;
+  path_ = {};
+  for (const FrameLog::Entry& entry : mapper.log().entries()) path_.add(entry.world_from_camera.translation().cast<float>());
+  const auto newest = newest_ != nullptr ? mapper.log().find(newest_->index) : std::nullopt;
+  if (!newest) return;
+  Frame moved = *newest_;
+  moved.world_from_camera = mapper.log().entries()[*newest].world_from_camera;
+  newest_ = std::make_shared<const Frame>(std::move(moved));
+}
+
 MapCapture SnapshotPublisher::capture(Mapper& mapper, RunState run) {
   MapCapture capture;
+  follow_poses(mapper.parts());
   const auto& surface = mapper.parts().surface();
   for (Slot slot = 0; slot < surface.size(); ++slot)
     capture.chunks.push_back({mapper.map().voxels.index_of(slot), 0, surface[slot]});

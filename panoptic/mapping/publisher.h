@@ -75,11 +75,13 @@ class SnapshotPublisher {
   static std::vector<ObjectPart> parts_of(const MeshChunk& chunk);
   void take_up_chunks(const MapCapture& capture, Snapshot& snapshot);
   void measure_objects(MapCapture& capture, Snapshot& snapshot) const;
+  void follow_poses(const MapperParts& mapper);
 
   LatestSnapshot& latest_;
   std::shared_ptr<const Frame> newest_;
   std::optional<LabelledFrame> labelled_;
   CameraPath path_;
+  std::uint64_t times_anew_ = 0;  // MapperParts::times_anew of the poses here
   std::uint64_t revision_ = 0;
   std::vector<SnapshotChunk> chunks_;           // of the last snapshot
   std::vector<std::vector<ObjectPart>> parts_;  // of each of them

@@ -118,12 +118,30 @@ TEST_F(Corrections, OfARunAreFollowedAndReported) {
   EXPECT_EQ(report()["map_hash"], fmt::format("{:016x}", load_map(corrected).map.voxels.hash()));
 }
 
+TEST_F(Corrections, OfAnOnlineRunAreFollowedAtTheSameMoment) {
+  ASSERT_EQ(map_recording({"--map", map_.string()}).exit_code, 0);
+  const std::string poses = updates(5).string();
+  ASSERT_EQ(map_recording({"--pose-updates", poses}).exit_code, 0);
+  const Json offline = report()["corrections"];
+  const fs::path corrected = folder_ / "corrected.panoptic";
+  const ProgramResult result =
+      map_recording({"--online", "--speed", "max", "--map", corrected.string(), "--pose-updates", poses});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json corrections = report()["corrections"];
+  ASSERT_EQ(corrections.size(), 1U);
+  EXPECT_EQ(corrections[0]["frames"], 6);
+  EXPECT_EQ(corrections[0]["unknown"], offline[0]["unknown"]) << "those behind frame 5 are not in the map yet";
+  EXPECT_EQ(corrections[0]["blocks"], offline[0]["blocks"]);
+  EXPECT_LT(corrections[0]["pause_ms"].get<double>(), corrections[0]["ms"].get<double>());
+  EXPECT_EQ(load_frames(corrected).size(), 12U);
+}
+
 TEST_F(Corrections, WrongOnesAreOneLine) {
   write_file(folder_ / "nonsense.jsonl", "{\n");
   const ProgramResult nonsense = map_recording({"--pose-updates", (folder_ / "nonsense.jsonl").string()});
   EXPECT_EQ(nonsense.exit_code, 1);
   expect_one_line(nonsense.err, "nonsense.jsonl line 1 is not JSON");
-  EXPECT_EQ(map_recording({"--online", "--pose-updates", "x"}).exit_code, 2);
+  EXPECT_EQ(map_recording({"--online", "--pose-updates", "x"}).exit_code, 1);
   EXPECT_EQ(run_program({"rebuild", map_.string()}).exit_code, 2);
 }
 

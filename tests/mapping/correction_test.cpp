@@ -199,6 +199,17 @@ TEST(Correction, FollowsLabelsThatCameLater) {
   EXPECT_EQ(hashes_of(apart.map()), hashes_of(together.map()));
 }
 
+TEST(Correction, LabelsThatComeAfterItTakeTheCorrectedPose) {
+  const auto labelled_late = [](const Frame& frame) {
+    Mapper mapper(often(), test::test_labels());
+    for (int i = 0; i < 8; ++i) EXPECT_TRUE(mapper.add_geometry(drifted_frame(i)).used);
+    mapper.update_poses(true_poses(8), read_again);
+    EXPECT_TRUE(mapper.add_labels(frame, segmentation_of(7)).used);
+    return hashes_of(mapper.map());
+  };
+  EXPECT_EQ(labelled_late(drifted_frame(7)), labelled_late(true_frame(7)));
+}
+
 TEST(Correction, WhatCannotBeDoneLeavesTheMapAsItWas) {
   Mapper mapper(often(), test::test_labels());
   add_frames(mapper, 0, 10);

@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Online runs whose poses are corrected on the way.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "panoptic/mapfile/log_rows.h"
+#include "panoptic/mapping/online_playback.h"
+#include "panoptic/mapping/run_recorder.h"
+#include "panoptic/mapping/snapshot.h"
+#include "panoptic/online.h"
+#include "tests/expect_error.h"
+#include "tests/fresh_folder.h"
+#include "tests/mapping/drifting.h"
+
+namespace panoptic {
+namespace {
+
+using namespace std::chrono_literals;
+using namespace test::drifting;
+using testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+Segmentation labels_of(int i) { return test::wavering(true_frame(i), 8); }
+
+class KnowsLabels final : public Predictor {
+ public:
+  const LabelSet& labels() const override { return labels_; }
+  Segmentation predict(const Frame& frame) override { return labels_of(static_cast<int>(frame.index / 3)); }
+
+ private:
+  LabelSet labels_ = test::test_labels();
+};
+
+ReadFrame slow_reading(std::chrono::milliseconds takes) {
+  return [takes](std::int64_t frame) {
+    std::this_thread::sleep_for(takes);
+    return read_again(frame);
+  };
+}
+
+struct FollowingRun {
+  explicit FollowingRun(Predictor* predictor = nullptr, ReadFrame read = read_again, RunRecorder* recorder = nullptr) {
+    OnlinePipeline::Parts parts{mapper, predictor, &latest};
+    parts.read_again = std::move(read);
+    parts.recorder = recorder;
+    pipeline = std::make_unique<OnlinePipeline>(
+        parts, OnlineOptions{.mesh_every_s = 0.05F, .regularize_every_s = 0.1F, .waiting_frames = 8});
+  }
+  void push(int begin, int end) const {
+    for (int i = begin; i < end; ++i) pipeline->push_when_free(drifted_frame(i));
+  }
+  void wait_until_correcting() const {
+    while (!pipeline->is_correcting()) std::this_thread::sleep_for(1ms);
+  }
+
+  Mapper mapper{options(), test::test_labels()};
+  LatestSnapshot latest;
+  std::unique_ptr<OnlinePipeline> pipeline;
+
+  // The regularizer works at moments of its own while a run goes on.
+  static Options options() {
+    Options options = often();
+    options.regularizer.enabled = false;
+    return options;
+  }
+};
+
+TEST(OnlineCorrection, GivesTheMapOfAnOfflineRunBitForBitGeometryAlone) {
+  FollowingRun run;
+  Mapper offline(FollowingRun::options(), test::test_labels());
+  for (const int end : {12, kFrames}) {
+    for (int i = end == 12 ? 0 : 12; i < end; ++i) ASSERT_TRUE(offline.add(drifted_frame(i), {}).used);
+    offline.update_poses(true_poses(), read_again);
+    run.push(end == 12 ? 0 : 12, end);
+    ASSERT_TRUE(run.pipeline->update_poses(true_poses()));
+  }
+  offline.finish();
+  const OnlineReport report = run.pipeline->finish();
+  EXPECT_EQ(report.stopped_by, "");
+  EXPECT_EQ(hashes_of(run.mapper.map()), hashes_of(offline.map()));
+  ASSERT_EQ(report.corrections.size(), 2U);
+  EXPECT_EQ(report.corrections[0].frames, 11U) << "the first pose is right already";
+  EXPECT_EQ(report.corrections[0].unknown, static_cast<std::size_t>(kFrames - 12)) << "frames that are not in the map";
+  const auto last = run.latest.newest();
+  const Vec3f end_m = true_frame(kFrames - 1).world_from_camera.translation().cast<float>();
+  ASSERT_EQ(last->path_m.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_TRUE(last->path_m.back().isApprox(end_m)) << "who looks on sees the corrected path";
+}
+
+TEST(OnlineCorrection, WithLabelsToo) {
+  KnowsLabels labels;
+  FollowingRun run(&labels);
+  Mapper offline(FollowingRun::options(), test::test_labels());
+  for (int i = 0; i < 16; ++i) {
+    ASSERT_TRUE(offline.add(drifted_frame(i), labels_of(i)).used);
+    run.push(i, i + 1);
+    while (run.latest.newest()->run.frames_labelled < static_cast<std::uint64_t>(i) + 1) std::this_thread::sleep_for(1ms);
+    if (i % 10 != 9) continue;
+    offline.update_poses(true_poses(i + 1), read_again);
+    run.pipeline->update_poses(true_poses(i + 1));
+  }
+  offline.finish();
+  EXPECT_EQ(run.pipeline->finish().corrections.size(), 1U);
+  EXPECT_EQ(hashes_of(run.mapper.map()), hashes_of(offline.map()));
+}
+
+TEST(OnlineCorrection, HoldsUpNobodyWhoLooksOn) {
+  FollowingRun run(nullptr, slow_reading(20ms));
+  run.push(0, kFrames);
+  run.pipeline->update_poses(true_poses());
+  run.wait_until_correcting();
+  const std::uint64_t revision = run.latest.newest()->revision;
+  auto longest = Clock::duration::zero();
+  std::uint64_t newest = revision;
+  while (run.pipeline->is_correcting()) {
+    newest = run.latest.newest()->revision;
+    const auto before = Clock::now();
+    run.pipeline->skip({999, "a probe: it takes the mapper"});
+    longest = std::max(longest, Clock::now() - before);
+    std::this_thread::sleep_for(2ms);
+  }
+  const OnlineReport report = run.pipeline->finish();
+  ASSERT_EQ(report.corrections.size(), 1U);
+  const Correction& correction = report.corrections[0];
+  EXPECT_GT(correction.ms, 600) << "20 ms for each of 30 frames";
+  EXPECT_LT(longest, 300ms);
+  EXPECT_LT(correction.pause_ms, correction.ms / 2);
+  EXPECT_GE(newest, revision + 2) << "snapshots of the old map";
+}
+
+TEST(OnlineCorrection, PlaybackWaitsAndDropsNothing) {
+  FollowingRun run(nullptr, slow_reading(30ms));
+  const auto comes = [&](std::int64_t frame, std::size_t) {
+    if (frame == 3 * 15) run.pipeline->update_poses(true_poses(15));
+  };
+  play(Drifting(), {.speed = 4}, *run.pipeline, {}, comes);
+  const OnlineReport report = run.pipeline->finish();
+  EXPECT_EQ(report.read, static_cast<std::uint64_t>(kFrames));
+  EXPECT_EQ(report.dropped, 0U) << "15 frames came meanwhile, and only 8 may wait";
+  ASSERT_EQ(report.corrections.size(), 1U);
+  EXPECT_GT(report.corrections[0].ms, 300);
+}
+
+TEST(OnlineCorrection, StoppedMeanwhileItLeavesASoundMapFile) {
+  const auto path = test::fresh_folder() / "map.panoptic";
+  RunIdentity online = identity();
+  online.options = FollowingRun::options();
+  online.online = true;
+  Mapper empty(online.options, test::test_labels());
+  Checkpoints checkpoints({.path = path, .every_s = 0}, online, empty);
+  RunRecorder recorder(&checkpoints);
+  FollowingRun run(nullptr, slow_reading(10ms), &recorder);
+  run.push(0, kFrames);
+  run.pipeline->update_poses(true_poses());
+  run.wait_until_correcting();
+  EXPECT_EQ(load_frames(path).empty(), false) << "what was saved before";
+  run.pipeline->stop("interrupted");
+  EXPECT_FALSE(run.pipeline->update_poses(true_poses())) << "the run is over";
+  const OnlineReport report = run.pipeline->finish();
+  EXPECT_EQ(report.stopped_by, "interrupted");
+  EXPECT_EQ(report.corrections.size(), 1U) << "it was taken, so it is done";
+  checkpoints.finish(run.mapper, false);
+  EXPECT_EQ(load_map(path).map.voxels.hash(), run.mapper.map().voxels.hash());
+  EXPECT_EQ(load_log(path).back().world_from_camera.matrix(), true_frame(kFrames - 1).world_from_camera.matrix());
+}
+
+TEST(OnlineCorrection, WhatCannotBeDoneEndsTheRunWithTheOldMap) {
+  FollowingRun run(nullptr, [](std::int64_t frame) {
+    return frame == 15 ? ReadResult{std::nullopt, {15, "the disk is gone"}} : read_again(frame);
+  });
+  Mapper offline(FollowingRun::options(), test::test_labels());
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(offline.add(drifted_frame(i), {}).used);
+  run.push(0, 10);
+  run.pipeline->update_poses(true_poses(10));
+  const OnlineReport report = run.pipeline->finish();
+  EXPECT_THAT(report.stopped_by, HasSubstr("frame 15 cannot be read again: the disk is gone"));
+  EXPECT_NE(report.failure, nullptr);
+  EXPECT_EQ(hashes_of(run.mapper.map()), hashes_of(offline.map()));
+
+  Mapper mapper(often(), test::test_labels());
+  OnlinePipeline blind({mapper}, {});
+  EXPECT_THAT(test::error_of([&] { blind.update_poses(true_poses()); }), HasSubstr("Parts::read_again is missing"));
+}
+
+}  // namespace
+}  // namespace panoptic
