@@ -143,9 +143,11 @@ void add_map_file(CLI::App& run, Arguments& a) {
   run.add_option("--in", a.earlier_map,
                  "saved map of the same place, of an earlier run --map: the recording is a further visit (docs/moving.md)")
       ->needs(map);
-  run.add_flag("--track", a.track, "find out where the camera is; the recording's poses are not used (docs/tracking.md)");
-  run.add_option("--pose-updates", a.pose_updates,
-                 "corrections of poses by the SLAM system, a line of JSON for each moment (docs/maps.md); the map follows");
+  run.add_flag("--track", a.track,
+               "find out where the camera is, online too; the recording's poses are not used (docs/tracking.md)");
+  run.add_option(
+      "--pose-updates", a.pose_updates,
+      "corrections of poses by the SLAM system, a line of JSON for each moment (docs/maps.md); the map follows, online too");
   run.add_option("--checkpoint-every", a.checkpoint_every_s, "seconds from one save to the next, default 5")
       ->check(CLI::Range(0.0, kLongest_s))
       ->needs(map);

@@ -99,7 +99,7 @@ OpenedRecording open_to_map(const Arguments& arguments) {
     try {
       return {open_checked(arguments), nullptr, false, true};
     } catch (const NoPoses&) {
-      if (arguments.online || arguments.resume || !arguments.pose_updates.empty()) throw;
+      if (arguments.resume || !arguments.pose_updates.empty()) throw;
     }
   }
   if (arguments.dataset.starts_with("sim:")) return {open_checked(arguments), nullptr, true, true};

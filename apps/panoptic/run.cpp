@@ -275,8 +275,8 @@ void require_possible(const Arguments& arguments) {
   if (!arguments.earlier_map.empty() && (arguments.online || !arguments.frames.empty() || !arguments.pose_updates.empty())) {
     throw UsageError("--in does not go with --online, --frames or --pose-updates");
   }
-  if (arguments.track && (arguments.online || arguments.resume || !arguments.pose_updates.empty())) {
-    throw UsageError("--track does not go with --online, --resume or --pose-updates");
+  if (arguments.track && (arguments.resume || !arguments.pose_updates.empty())) {
+    throw UsageError("--track does not go with --resume or --pose-updates");
   }
 }
 

@@ -13,8 +13,8 @@
 // there, with that frame's own pose. What is dropped: a frame that comes while `waiting_frames` wait for fusion is dropped whole;
 // of the frames that come while the networks are at work, the newest alone is predicted, and the others stay without labels.
 //
-// Corrected poses (update_poses) are followed by fusion, in a new map beside the old one: who looks on sees the old one until
-// they change places, and frames wait.
+// Corrected poses (update_poses, loops of a tracker) are followed by fusion, in a new map beside the old one: who looks on sees
+// the old one until they change places, and frames wait.
 #pragma once
 
 #include <cstdint>
@@ -63,6 +63,7 @@ struct PublishedMap {
 class LatestSnapshot;
 class Mapper;
 class RunRecorder;
+class RunTracker;
 
 // How an online run went. Every frame that was read was used, skipped or dropped.
 struct OnlineReport {
@@ -100,6 +101,9 @@ class OnlinePipeline {
     RunRecorder* recorder = nullptr;
     // Reads a frame that was pushed once more, for update_poses, on the fusion thread or one of its own; empty: poses stay.
     ReadFrame read_again = {};
+    // Gives each frame its pose just before it is fused; a frame where the camera is lost is skipped. REQUIRES what update_poses
+    // does, for its loops. nullptr: frames come with their poses. The pipeline alone uses it until finish returns.
+    RunTracker* tracker = nullptr;
   };
   OnlinePipeline(const Parts& parts, const OnlineOptions& options);
   ~OnlinePipeline();  // as stop and finish

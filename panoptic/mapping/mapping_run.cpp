@@ -40,7 +40,6 @@ Segmentation predict(const MappingRun& run, const Frame& frame) {
 }
 
 using FollowPoses = std::function<void(std::span<const PoseUpdate>)>;
-using NoteFrame = std::function<void(std::int64_t frame, std::size_t position)>;
 
 // Corrections of poses that come from outside, each at its moment.
 class PoseCorrector {
@@ -171,21 +170,49 @@ MappingResult result_of(const MappingRun& run, const RunRecorder& recorder) {
   return result;
 }
 
-// Plays the recording, and hands each correction over behind the frame that it comes after.
-void play_to(OnlinePipeline& pipeline, const MappingRun& run, double speed, const NoteFrame& note) {
-  PoseCorrector corrector(run, [&](std::span<const PoseUpdate> poses) { pipeline.update_poses({poses.begin(), poses.end()}); });
-  std::optional<std::int64_t> before;
-  const auto look = [&](std::size_t done) {
-    if (!run.go_on(done)) pipeline.stop(kInterrupted);
-  };
-  const auto comes = [&](std::int64_t frame, std::size_t position) {
-    note(frame, position);
-    if (before) corrector.passed(*before);
-    before = frame;
-  };
-  play(run.dataset, {run.range, speed}, pipeline, look, comes);
-  corrector.apply_all();
-}
+// A run from a recording that is played, with what is told of each frame before it is handed over.
+class PlayedRun {
+ public:
+  explicit PlayedRun(const MappingRun& run) : run_(run), finder_(run.dataset) { note_earlier(run, finder_); }
+
+  // From any thread.
+  ReadResult read_again(std::int64_t frame) {
+    const std::lock_guard lock(finding_);
+    return finder_.read(frame);
+  }
+  // Hands each correction over behind the frame that it comes after.
+  void play_to(OnlinePipeline& pipeline, double speed) {
+    PoseCorrector corrector(run_, [&](std::span<const PoseUpdate> poses) {
+      pipeline.update_poses({poses.begin(), poses.end()});
+    });
+    std::optional<std::int64_t> before;
+    const auto look = [&](std::size_t done) {
+      if (!run_.go_on(done)) pipeline.stop(kInterrupted);
+    };
+    const auto comes = [&](const ReadResult& read, std::size_t position) {
+      const std::int64_t frame = read.frame ? read.frame->index : read.skipped.index;
+      note(read, frame, position);
+      if (before) corrector.passed(*before);
+      before = frame;
+    };
+    play(run_.dataset, {run_.range, speed}, pipeline, look, comes);
+    corrector.apply_all();
+  }
+  const std::vector<FramePose>& given() const { return given_; }  // poses of the recording
+
+ private:
+  void note(const ReadResult& read, std::int64_t frame, std::size_t position) {
+    const std::lock_guard lock(finding_);
+    finder_.note(frame, position);
+    if (!read.frame) return;
+    if (const auto pose = given_pose(*read.frame, position, run_)) given_.push_back({frame, read.frame->time_s, *pose});
+  }
+
+  const MappingRun& run_;
+  std::mutex finding_;  // a frame may be noted while another is read again
+  FrameFinder finder_;
+  std::vector<FramePose> given_;
+};
 
 // The text for a person of what the action throws; empty if it throws nothing.
 std::string failure_of(const std::function<void()>& action) {
@@ -224,21 +251,13 @@ MappingResult map_offline(const MappingRun& run, LoopPublisher* publisher) {
 
 MappingResult map_online(const MappingRun& run, double speed, const OnlineOptions& options, LatestSnapshot& latest) {
   RunRecorder recorder(run.checkpoints);
-  FrameFinder finder(run.dataset);
-  note_earlier(run, finder);
+  PlayedRun played(run);
   OnlinePipeline::Parts parts{run.mapper, run.predictor, &latest, run.range.count(run.dataset.size())};
   parts.recorder = &recorder;
-  std::mutex finding;  // a frame is noted while others are read again
-  parts.read_again = [&](std::int64_t frame) {
-    const std::lock_guard lock(finding);
-    return finder.read(frame);
-  };
-  const NoteFrame note = [&](std::int64_t frame, std::size_t position) {
-    const std::lock_guard lock(finding);
-    finder.note(frame, position);
-  };
+  parts.read_again = [&](std::int64_t frame) { return played.read_again(frame); };
+  parts.tracker = run.tracker;
   OnlinePipeline pipeline(parts, options);
-  std::string failure = failure_of([&] { play_to(pipeline, run, speed, note); });
+  std::string failure = failure_of([&] { played.play_to(pipeline, speed); });
   if (!failure.empty()) pipeline.stop(failure);
   const OnlineReport report = pipeline.finish();
   if (report.failure) failure = failure_of([&] { std::rethrow_exception(report.failure); });
@@ -252,6 +271,7 @@ MappingResult map_online(const MappingRun& run, double speed, const OnlineOption
   result.failure = std::move(failure);
   result.online = report;
   result.corrections = report.corrections;
+  if (result.tracking) result.tracking->given = played.given();
   return result;
 }
 

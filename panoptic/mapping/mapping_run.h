@@ -37,7 +37,7 @@ struct MappingRun {
   std::span<const PoseUpdates> pose_updates = {};
   // Called with the number of positions done, before each; false: the run is to end there.
   std::function<bool(std::size_t done)> go_on = [](std::size_t) { return true; };
-  // Gives the frames their poses, in place of the dataset's; nullptr: those of the dataset count. Not online.
+  // Gives the frames their poses, in place of the dataset's; nullptr: those of the dataset count.
   RunTracker* tracker = nullptr;
   // A folder for the masks of what moves: 8 bits, 255 = moves, <frame>.png for each frame that is used; empty: none. Not online.
   std::filesystem::path moving_masks;

@@ -59,7 +59,7 @@ bool wait_for(double time_s, Pace& pace, const OnlinePipeline& pipeline, const s
 
 void play(const Dataset& dataset, const Playback& playback, OnlinePipeline& pipeline,
           const std::function<void(std::size_t done)>& look,
-          const std::function<void(std::int64_t frame, std::size_t position)>& comes) {
+          const std::function<void(const ReadResult& read, std::size_t position)>& comes) {
   FrameStream stream(dataset, playback.range);
   Pace pace(playback.speed);
   std::size_t done = 0;
@@ -70,8 +70,7 @@ void play(const Dataset& dataset, const Playback& playback, OnlinePipeline& pipe
   for (; go_on(); ++done) {
     std::optional<ReadResult> read = stream.next();
     if (!read) return;
-    const std::int64_t frame = read->frame ? read->frame->index : read->skipped.index;
-    if (comes) comes(frame, playback.range.begin + done * playback.range.step);
+    if (comes) comes(*read, playback.range.begin + done * playback.range.step);
     if (!read->frame) {
       pipeline.skip(read->skipped);
     } else if (playback.speed == Playback::kAsFastAsPossible) {

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 
 #include "panoptic/online.h"
@@ -30,6 +29,6 @@ struct Playback {
 // cannot keep up, playback is slower than asked for.
 void play(const Dataset& dataset, const Playback& playback, OnlinePipeline& pipeline,
           const std::function<void(std::size_t done)>& look = {},
-          const std::function<void(std::int64_t frame, std::size_t position)>& comes = {});
+          const std::function<void(const ReadResult& read, std::size_t position)>& comes = {});
 
 }  // namespace panoptic

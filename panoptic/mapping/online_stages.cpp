@@ -16,11 +16,48 @@ namespace {
 using Clock = RunControl::Clock;
 
 // The frame goes into the map file; blocks are copied if it is time, so the mapper must be held.
-void record(SharedRun& run, const ArrivedFrame& arrived, const Outcome& outcome) {
+void record(SharedRun& run, const ArrivedFrame& arrived, const Frame& frame, const Outcome& outcome) {
   if (run.parts.recorder == nullptr) return;
   record_dropped(run);
-  arrived.position = run.parts.recorder->frame(arrived.frame, false, outcome);
+  arrived.position = run.parts.recorder->frame(frame, false, outcome);
   run.parts.recorder->save_if_due(run.parts.mapper);
+}
+
+// The frame with the pose that counts; nullptr if the camera is lost.
+std::shared_ptr<const Frame> located(const SharedRun& run, const SharedFrame& arrived) {
+  return run.parts.tracker != nullptr ? arrived->located : std::shared_ptr<const Frame>(arrived, &arrived->frame);
+}
+
+// Finds the pose of the frame. Tracking reads voxels, so the mapper must be held.
+Outcome locate(SharedRun& run, const ArrivedFrame& arrived) {
+  const Stopwatch tracking;
+  Frame frame = arrived.frame;
+  const Outcome outcome = run.parts.tracker->locate(frame, run.parts.mapper.map().voxels, std::nullopt);
+  run.counters.took("locate", tracking);
+  if (outcome.used) {
+    arrived.located = std::make_shared<const Frame>(std::move(frame));
+    return outcome;
+  }
+  run.parts.mapper.skip({frame.index, outcome.reason});
+  if (run.parts.recorder != nullptr) {
+    record_dropped(run);
+    run.parts.recorder->not_given({.frame = frame.index, .time_s = frame.time_s, .unused_because = outcome.reason});
+  }
+  return outcome;
+}
+
+Outcome add_geometry(SharedRun& run, const SharedFrame& arrived) {
+  const std::lock_guard lock(run.mapper_mutex);
+  if (run.parts.tracker != nullptr) {
+    if (Outcome outcome = locate(run, *arrived); !outcome.used) return outcome;
+  }
+  const std::shared_ptr<const Frame> frame = located(run, arrived);
+  const Outcome outcome = run.parts.mapper.add_geometry(*frame);
+  record(run, *arrived, *frame, outcome);
+  if (!outcome.used) return outcome;
+  run.publisher.fused(frame);
+  run.fused_unseen.push_back(arrived->read_at);
+  return outcome;
 }
 
 // Says that the map is being fused anew, as long as it lives.
@@ -70,26 +107,27 @@ void correct(SharedRun& run, std::span<const PoseUpdate> poses) {
   run.counters.corrected(correction);
 }
 
-void fuse_geometry(SharedRun& run, const FusionJob& job) {
-  Outcome outcome;
-  {
-    const std::lock_guard lock(run.mapper_mutex);
-    outcome = run.parts.mapper.add_geometry(job.arrived->frame);
-    record(run, *job.arrived, outcome);
-    if (outcome.used) {
-      run.publisher.fused({job.arrived, &job.arrived->frame});
-      run.fused_unseen.push_back(job.arrived->read_at);
-    }
-  }
-  outcome.used ? run.counters.fused(job.arrived->read_at) : run.counters.refused();
+// Keyframes and loops need no map, so the mapper is not held for them.
+void follow_loops(SharedRun& run, const Frame& frame) {
+  run.parts.tracker->keep(frame);
+  if (const std::vector<PoseUpdate> poses = run.parts.tracker->corrections(); !poses.empty()) correct(run, poses);
+}
+
+void fuse_geometry(SharedRun& run, const SharedFrame& arrived) {
+  const Outcome outcome = add_geometry(run, arrived);
+  if (!outcome.used) return run.counters.refused();
+  run.counters.fused(arrived->read_at);
+  if (run.parts.tracker != nullptr) follow_loops(run, *arrived->located);
 }
 
 void fuse_labels(SharedRun& run, const FusionJob& job) {
+  const std::shared_ptr<const Frame> frame = located(run, job.arrived);
+  if (frame == nullptr) return;
   {
     const std::lock_guard lock(run.mapper_mutex);
-    if (!run.parts.mapper.add_labels(job.arrived->frame, *job.segmentation).used) return;
-    if (run.parts.recorder != nullptr) run.parts.recorder->labelled(job.arrived->frame, job.arrived->position);
-    run.publisher.labelled({{job.arrived, &job.arrived->frame}, job.segmentation, run.parts.mapper.segment_ids()});
+    if (!run.parts.mapper.add_labels(*frame, *job.segmentation).used) return;
+    if (run.parts.recorder != nullptr) run.parts.recorder->labelled(*frame, job.arrived->position);
+    run.publisher.labelled({frame, job.segmentation, run.parts.mapper.segment_ids()});
   }
   run.counters.labelled(job.arrived->read_at);
 }
@@ -100,7 +138,7 @@ void fuse(SharedRun& run, const FusionJob& job) {
   } else if (job.segmentation != nullptr) {
     fuse_labels(run, job);
   } else {
-    fuse_geometry(run, job);
+    fuse_geometry(run, job.arrived);
   }
 }
 

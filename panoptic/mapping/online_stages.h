@@ -20,6 +20,7 @@
 #include "panoptic/mapping/online_queues.h"
 #include "panoptic/mapping/publisher.h"
 #include "panoptic/mapping/run_recorder.h"
+#include "panoptic/mapping/run_tracker.h"
 #include "panoptic/online.h"
 #include "panoptic/options.h"
 #include "panoptic/pose_update.h"
@@ -28,11 +29,13 @@
 
 namespace panoptic {
 
-// A frame that was handed over.
+// A frame that was handed over. The last two are for fusion alone.
 struct ArrivedFrame {
   Frame frame;
   RunControl::Clock::time_point read_at;
-  mutable std::int64_t position = 0;  // in the recording, once it is known; the mapper's mutex guards it
+  mutable std::shared_ptr<const Frame> located =
+      nullptr;                        // with the pose that was tracked; nullptr: not yet, or the camera is lost
+  mutable std::int64_t position = 0;  // in the recording, once it is known
 };
 using SharedFrame = std::shared_ptr<const ArrivedFrame>;
 

@@ -50,6 +50,32 @@ TEST_F(Track, ARecordingWithoutPosesIsTracked) {
   EXPECT_FALSE(is_file(out_ / "given_trajectory.txt"));
 }
 
+TEST_F(Track, OnlineItIsTrackedTheSameWay) {
+  ASSERT_EQ(run().exit_code, 0);
+  const std::string offline = read_file(out_ / "trajectory.txt");
+  const ProgramResult result = run({"--online", "--speed", "max"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("poses     none: the camera is tracked"));
+  EXPECT_EQ(report()["tracking"]["tracked"], kFrames);
+  EXPECT_EQ(report()["online"]["used"], kFrames);
+  EXPECT_EQ(read_file(out_ / "trajectory.txt"), offline) << "where nothing is dropped";
+  EXPECT_TRUE(is_file(out_ / "loops.json"));
+}
+
+TEST_F(Track, OnlineThroughASimulatedHome) {
+  const fs::path out = folder_ / "home";
+  const ProgramResult result = run_program({"run", "sim:3,rooms=1,noise=none", "--frames", ":40", "--online", "--speed", "max",
+                                            "--track", "--no-pictures", "--set", "map.voxel_size_m=0.04", "-o", out.string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const fs::path scores = folder_ / "scores.json";
+  const ProgramResult scored =
+      run_program({"eval-trajectory", out.string(), (out / "given_trajectory.txt").string(), "--json", scores.string()});
+  ASSERT_EQ(scored.exit_code, 0) << scored.err;
+  const Json json = Json::parse(read_file(scores));
+  EXPECT_GE(json["share_of_truth"].get<double>(), 0.95);
+  EXPECT_LT(json["ate_m"]["rmse"].get<double>(), 0.02);
+}
+
 TEST_F(Track, ATrackedMapIsNotResumedButFollowsPosesFromOutside) {
   const fs::path map = folder_ / "map.panoptic";
   ASSERT_EQ(run({"--map", map.string(), "--frames", "0:8"}).exit_code, 0);
@@ -84,8 +110,7 @@ TEST_F(Track, WhatCannotBeTrackedIsRefusedInOneLine) {
     EXPECT_EQ(result.exit_code, code);
     expect_one_line(result.err, part);
   };
-  refuse({"--track", "--online"}, 2, "--track does not go with --online");
-  refuse({"--online"}, 1, "without poses");
+  refuse({"--track", "--resume", "--map", (folder_ / "m.panoptic").string()}, 2, "--track does not go with --resume");
   refuse({"--set", "map.log=none"}, 2, "needs the log for it");
   for (int n = 0; n < kFrames; ++n) {  // nothing to begin with
     write_png(recording_ / fmt::format("frame-{:06}.depth.png", n), Image<std::uint16_t>(320, 240, std::uint16_t{0}));

@@ -136,8 +136,8 @@ TEST(OnlineCorrection, HoldsUpNobodyWhoLooksOn) {
 
 TEST(OnlineCorrection, PlaybackWaitsAndDropsNothing) {
   FollowingRun run(nullptr, slow_reading(30ms));
-  const auto comes = [&](std::int64_t frame, std::size_t) {
-    if (frame == 3 * 15) run.pipeline->update_poses(true_poses(15));
+  const auto comes = [&](const ReadResult&, std::size_t position) {
+    if (position == 15) run.pipeline->update_poses(true_poses(15));
   };
   play(Drifting(), {.speed = 4}, *run.pipeline, {}, comes);
   const OnlineReport report = run.pipeline->finish();
