@@ -11,6 +11,7 @@
 #include "tests/apps/program.h"
 #include "tests/apps/run_fixture.h"
 #include "tests/apps/tracked_room.h"
+#include "tests/shared_data.h"
 
 namespace panoptic {
 namespace {
@@ -74,6 +75,28 @@ TEST_F(Track, OnlineThroughASimulatedHome) {
   const Json json = Json::parse(read_file(scores));
   EXPECT_GE(json["share_of_truth"].get<double>(), 0.95);
   EXPECT_LT(json["ate_m"]["rmse"].get<double>(), 0.02);
+}
+
+// The camera comes back to a place of the kitchen, and the map follows.
+TEST_F(Track, SlowlyLoopsAreFollowedOnlineAsOffline) {
+  PANOPTIC_REQUIRE_SHARED("data/kitchen");
+  const auto tracked = [&](std::vector<std::string> more) {
+    more.insert(more.end(),
+                {"--track", "--frames", ":300", "--calibration", (test::source_folder() / "configs/kitchen.toml").string()});
+    const ProgramResult result = run_over(test::shared_folder() / "data/kitchen", more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return read_file(out_ / "trajectory.txt");
+  };
+  const std::string offline = tracked({});
+  const Json before = report()["corrections"];
+  ASSERT_GE(before.size(), 1U);
+  EXPECT_EQ(tracked({"--online", "--speed", "max"}), offline);
+  const Json corrections = report()["corrections"];
+  ASSERT_EQ(corrections.size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(corrections[i]["frames"], before[i]["frames"]);
+    EXPECT_LT(corrections[i]["pause_ms"].get<double>(), 50);
+  }
 }
 
 TEST_F(Track, ATrackedMapIsNotResumedButFollowsPosesFromOutside) {
