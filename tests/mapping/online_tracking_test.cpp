@@ -77,8 +77,8 @@ class OnlineTracking : public testing::Test {
 
 TEST_F(OnlineTracking, FollowsTheCameraAcrossDroppedFrames) {
   start(nullptr);
-  for (int n = 0; n < 36;) {
-    if (n == 10 || n == 20) {
+  for (int n = 0; n < 24;) {
+    if (n == 8 || n == 16) {
       n = drop_two(n);
     } else {
       pipeline_->push_when_free(unposed(n++));
