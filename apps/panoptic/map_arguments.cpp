@@ -61,6 +61,8 @@ void add_plan(CLI::App& app, Arguments& a) {
                                          "people who live in the map for a while, 1 to 32: they walk, sit, lie (agents.json)");
   plan->add_option("--seconds", a.agents.seconds, fmt::format("of their time, default {:g}", a.agents.seconds))->needs(agents);
   plan->add_option("--seed", a.agents.seed, "which life they have; a whole number, default 1")->needs(agents);
+  plan->add_option("--insects", a.agents.insects, "insects that crawl on the walls meanwhile, up to 32, default 0")
+      ->needs(agents);
   plan->add_option("--json", a.agents.file, "file for what they did, default agents.json in the folder")->needs(agents);
   plan->footer("Write --from=-1,2,0 where the first number is negative. docs/planning.md describes the files.");
 }

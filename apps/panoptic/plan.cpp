@@ -50,6 +50,10 @@ void tell_summary(const PlanSummary& summary, const std::string& folder) {
     const AgentTotals& all = *summary.agents;
     fmt::print("agents    {} walked {:.0f} m, sat {} times, lay {} times, gave up {} times\n", all.agents, all.walked_m,
                all.seats, all.beds, all.gave_up);
+    if (all.insects > 0) {
+      fmt::print("insects   {} crawled {:.1f} m, at most {:.1f} cm from the surface of the map\n", all.insects, all.crawled_m,
+                 100 * all.farthest_m);
+    }
   }
   fmt::print("files     {}\n", folder);
 }

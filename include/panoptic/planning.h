@@ -35,6 +35,7 @@ struct HeightBand {
 // same options and map give the same steps.
 struct AgentOptions {
   int count = 0;        // 1 to 32
+  int insects = 0;      // up to 32, who crawl on the walls beside them
   double seconds = 60;  // of their time; all of them together at most 36,000
   std::uint32_t seed = 1;
   std::filesystem::path file;  // empty: agents.json in the folder
@@ -82,6 +83,9 @@ struct AgentTotals {
   int beds = 0;        // likewise
   int gave_up = 0;     // ways that ended before their goal: others blocked them for too long, or stood where it is
   double stuck_s = 0;  // time in which somebody stood in their way
+  int insects = 0;
+  double crawled_m = 0;
+  double farthest_m = 0;  // of an insect from the nearest sample of the map's surface, at most
 };
 
 // The contents of what was written.

@@ -60,4 +60,13 @@ inline constexpr double kLiesShare = 0.12;
 inline constexpr double kInTheWay_m = 0.8;
 inline constexpr Range kAside_m = {1, 3};
 
+// Insects crawl on walls from place to place, with rests.
+inline constexpr Range kInsectSpeed_m_s = {0.09, 0.15};  // each has its own
+inline constexpr double kInsectTurn_rad_s = 3;
+inline constexpr double kInsectTurnsFirst_rad = 0.35;  // farther off its way it stands and turns
+inline constexpr Range kInsectRests_s = {0.4, 2.5};
+inline constexpr double kInsectFarthest_m = 2.5;  // from one place to the next
+inline constexpr int kInsectTries = 8;
+inline constexpr int kInsectWalls = 6;  // the largest ones have insects
+
 }  // namespace panoptic::agent_rules

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "panoptic/planning/agent_rules.h"
+#include "panoptic/planning/mesh_places.h"
 
 namespace panoptic {
 namespace {
@@ -19,53 +20,6 @@ namespace rules = agent_rules;
 constexpr int kStepsPerSample = 6;
 constexpr double kStep_s = 1.0 / rules::kStepsPer_s;
 static_assert(kStepsPerSample * 10 == rules::kStepsPer_s);
-
-// The same row of numbers everywhere for the same seed (mulberry32, as the page has it).
-class Dice {
- public:
-  explicit Dice(std::uint32_t seed) : state_(seed) {}
-
-  // At least 0, less than 1.
-  double roll() {
-    constexpr double kValues = 4294967296.0;
-    state_ += 0x6d2b79f5U;
-    std::uint32_t t = (state_ ^ (state_ >> 15)) * (1U | state_);
-    t = (t + (t ^ (t >> 7)) * (61U | t)) ^ t;
-    return static_cast<double>(t ^ (t >> 14)) / kValues;
-  }
-  double between(const rules::Range& range) { return range.low + (range.high - range.low) * roll(); }
-  std::size_t below(std::size_t count) { return static_cast<std::size_t>(roll() * static_cast<double>(count)); }
-
- private:
-  std::uint32_t state_;
-};
-
-// Places of the floor, each as likely as any other.
-class FloorPlaces {
- public:
-  explicit FloorPlaces(const RecastMesh& mesh) : flat_(mesh.triangles()) {
-    double sum_m2 = 0;
-    for (const auto& corners : flat_.triangles) {
-      const Vec3f a = flat_.vertices[corners[1]] - flat_.vertices[corners[0]];
-      const Vec3f b = flat_.vertices[corners[2]] - flat_.vertices[corners[0]];
-      sums_m2_.push_back(sum_m2 += std::abs(double{a.x()} * double{b.y()} - double{a.y()} * double{b.x()}) / 2);
-    }
-  }
-
-  Vec3d any(Dice& dice) const {
-    const auto at = std::upper_bound(sums_m2_.begin(), sums_m2_.end(), dice.roll() * sums_m2_.back());
-    const auto& corners = flat_.triangles[static_cast<std::size_t>(std::min(at, sums_m2_.end() - 1) - sums_m2_.begin())];
-    double u = dice.roll();
-    double v = dice.roll();
-    if (u + v > 1) u = 1 - u, v = 1 - v;
-    const Vec3d a = flat_.vertices[corners[0]].cast<double>();
-    return a + u * (flat_.vertices[corners[1]].cast<double>() - a) + v * (flat_.vertices[corners[2]].cast<double>() - a);
-  }
-
- private:
-  FlatTriangles flat_;
-  std::vector<double> sums_m2_;  // up to each triangle
-};
 
 double apart(const Vec3d& a, const Vec3d& b) { return (a - b).head<2>().norm(); }
 
@@ -204,7 +158,7 @@ class Household {
 
   const RecastMesh& mesh_;
   const HomePlan& home_;
-  FloorPlaces places_;
+  MeshPlaces places_;
   Dice dice_;
   WalkRules walk_;
   RecastCrowd crowd_;
@@ -222,6 +176,11 @@ AgentTotals AgentsRun::totals() const {
     all.beds += agent.totals.beds;
     all.gave_up += agent.totals.gave_up;
     all.stuck_s += agent.totals.stuck_s;
+  }
+  all.insects = static_cast<int>(insects.size());
+  for (const InsectTrack& insect : insects) {
+    all.crawled_m += insect.crawled_m;
+    all.farthest_m = std::max(all.farthest_m, insect.farthest_m);
   }
   return all;
 }

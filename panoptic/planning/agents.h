@@ -11,11 +11,10 @@
 #include "panoptic/home_plan.h"
 #include "panoptic/planning.h"
 #include "panoptic/planning/agent.h"
+#include "panoptic/planning/insects.h"
 #include "panoptic/planning/recast_mesh.h"
 
 namespace panoptic {
-
-inline constexpr double kAgentSample_s = 0.1;
 
 struct AgentSample {
   double time_s = 0;
@@ -31,6 +30,7 @@ struct AgentTrack {
 
 struct AgentsRun {
   std::vector<AgentTrack> agents;
+  std::vector<InsectTrack> insects;
   std::vector<std::string> notes;  // a line each: what they could not do
 
   AgentTotals totals() const;

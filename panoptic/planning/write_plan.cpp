@@ -95,7 +95,7 @@ class Planner {
     const HomePlan home = plan_home(map_, surface_, summary_.frame.grid_from_world);
     write_home_plan(home, map_.labels, folder_);
     next("agents");
-    if (options_.agents) let_agents_live(home);
+    if (options_.agents) let_agents_live(home, walls);
     return std::move(summary_);
   }
 
@@ -171,8 +171,10 @@ class Planner {
     write_file(folder_ / "octomap.bt", octomap_bytes(values, summary_.cell_m));
   }
 
-  void let_agents_live(const HomePlan& home) {
-    const AgentsRun run = let_live(*mesh_, home, options_.agent, *options_.agents);
+  void let_agents_live(const HomePlan& home, const std::vector<WallMesh>& walls) {
+    AgentsRun run = let_live(*mesh_, home, options_.agent, *options_.agents);
+    run.insects = let_crawl(walls, surface_, summary_.frame, *options_.agents);
+    if (options_.agents->insects > 0 && run.insects.empty()) run.notes.emplace_back("the map has no wall for insects");
     summary_.agents = run.totals();
     summary_.notes.insert(summary_.notes.end(), run.notes.begin(), run.notes.end());
     const Folder& file = options_.agents->file;
@@ -217,10 +219,14 @@ void check(const AgentOptions& agents) {
   if (agents.count < 1 || agents.count > agent_rules::kMostAgents) {
     throw Error(fmt::format("{} agents: it takes 1 to {}", agents.count, agent_rules::kMostAgents));
   }
-  const double most_s = kMostTogether_s / agents.count;
+  if (agents.insects < 0 || agents.insects > agent_rules::kMostAgents) {
+    throw Error(fmt::format("{} insects: it takes 0 to {}", agents.insects, agent_rules::kMostAgents));
+  }
+  const int all = agents.count + agents.insects;
+  const double most_s = kMostTogether_s / all;
   if (agents.seconds > 0 && agents.seconds <= most_s) return;
-  throw Error(fmt::format("{} agents for {} s: it takes more than 0, and at most {:g} s for so many", agents.count,
-                          agents.seconds, std::floor(most_s)));
+  throw Error(fmt::format("{} agents for {} s: it takes more than 0, and at most {:g} s for so many", all, agents.seconds,
+                          std::floor(most_s)));
 }
 
 PlanSummary write_plan(const std::filesystem::path& folder, const PanopticMap& map, const PlanOptions& options,

@@ -189,10 +189,12 @@ TEST(Plan, TheProgramLeadsToAThingAndWritesItsFiles) {
 TEST(Plan, PeopleLiveInTheMapAndTheSameSeedGivesTheSameLife) {
   const fs::path out = test::fresh_folder("lived");
   const auto live = [&](const std::string& file) {
-    const ProgramResult result = run_program({"plan", home().path().string(), "-o", out.string(), "--simulate-agents", "2",
-                                              "--seconds", "20", "--seed", "7", "--json", (out / file).string()});
+    const ProgramResult result =
+        run_program({"plan", home().path().string(), "-o", out.string(), "--simulate-agents", "2", "--seconds", "20", "--seed",
+                     "7", "--insects", "2", "--json", (out / file).string()});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_THAT(result.out, HasSubstr("agents    2 walked"));
+    EXPECT_THAT(result.out, HasSubstr("insects   2 crawled"));
     return read_json_file(out / file);
   };
   fs::create_directories(out);
@@ -201,6 +203,10 @@ TEST(Plan, PeopleLiveInTheMapAndTheSameSeedGivesTheSameLife) {
   EXPECT_FALSE(fs::exists(out / "agents.json"));
   EXPECT_EQ(life.dump(), live("second.json").dump());
   ASSERT_EQ(life["agents"].size(), 2U);
+  ASSERT_EQ(life["insects"].size(), 2U);
+  EXPECT_EQ(life["insects"][1]["samples"].size(), 201U);
+  EXPECT_GT(life["insects_summary"]["crawled_m"].get<double>(), 0.3);
+  EXPECT_LT(life["insects_summary"]["farthest_m"].get<double>(), 0.06);
   Eigen::Matrix4d world_from_grid;
   for (int i = 0; i < 16; ++i) world_from_grid(i / 4, i % 4) = life["world_from_grid"][i / 4][i % 4].get<double>();
   const Pose home_from_grid = home().grid_from_home().inverse();
@@ -244,6 +250,8 @@ TEST(Plan, WrongQuestionsAreToldInOneLine) {
   EXPECT_THAT(refused({"--simulate-agents", "5", "--radius", "2"}, 1), HasSubstr("agents cannot live in this map"));
   EXPECT_THAT(refused({"--simulate-agents", "1", "--json", (home().path() / "life.json").string()}, 1),
               HasSubstr("cannot create the folder"));
+  EXPECT_THAT(refused({"--simulate-agents", "1", "--insects", "40"}, 1), HasSubstr("40 insects"));
+  EXPECT_THAT(refused({"--insects", "2"}, 2), HasSubstr("--simulate-agents"));
   EXPECT_THAT(refused({"--seconds", "8"}, 2), HasSubstr("--simulate-agents"));
 }
 

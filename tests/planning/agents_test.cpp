@@ -19,6 +19,7 @@
 #include "tests/planning/furnished.h"
 #include "tests/planning/planned_home.h"
 #include "tests/planning/true_obstacles.h"
+#include "tests/planning/true_surface.h"
 
 namespace panoptic {
 namespace {
@@ -115,6 +116,10 @@ TEST(Agents, NumbersOutOfRangeAreRefused) {
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .seconds = 0}); }), HasSubstr("5 agents for 0 s"));
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .seconds = std::nan("")}); }), HasSubstr("more than 0"));
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .seconds = 7201}); }), HasSubstr("at most 7200 s"));
+  EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .insects = 33}); }), HasSubstr("33 insects: it takes 0 to 32"));
+  EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .insects = -1}); }), HasSubstr("-1 insects"));
+  EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .insects = 5, .seconds = 7200}); }),
+              HasSubstr("at most 3600 s"));
   check(AgentOptions{.count = 5, .seconds = 7200});
 }
 
@@ -156,7 +161,15 @@ TEST(Agents, TheirRulesAreThoseOfThePage) {
       {"sits_share", r::kSitsShare},
       {"lies_share", r::kLiesShare},
       {"in_the_way_m", r::kInTheWay_m},
-      {"aside_m", range(r::kAside_m)}};
+      {"aside_m", range(r::kAside_m)},
+      {"insect",
+       {{"speed_m_s", range(r::kInsectSpeed_m_s)},
+        {"turn_rad_s", r::kInsectTurn_rad_s},
+        {"turns_first_rad", r::kInsectTurnsFirst_rad},
+        {"rests_s", range(r::kInsectRests_s)},
+        {"farthest_m", r::kInsectFarthest_m},
+        {"tries", r::kInsectTries},
+        {"walls", r::kInsectWalls}}}};
   const Json page = read_json_file(test::source_folder() / "apps/viewer/web/src/play/rules.json");
   EXPECT_EQ(nlohmann::json::parse(page.dump()), nlohmann::json::parse(here.dump()));
   EXPECT_EQ(r::kWalk.radius_m, AgentSize{}.radius_m);
@@ -176,13 +189,18 @@ class AgentsOfAHome : public testing::Test {
       const SurfaceByBlock surface = surface_samples(map.voxels);
       const Ground ground = ground_of(map, frame, surface, {});
       const RecastMesh mesh(ground.columns, {});
-      run = let_live(mesh, plan_home(map, surface, frame.grid_from_world), {}, {.count = 5, .seconds = 600});
+      const AgentOptions options{.count = 5, .insects = 6, .seconds = 600};
+      run = let_live(mesh, plan_home(map, surface, frame.grid_from_world), {}, options);
+      run.insects = let_crawl(wall_meshes(map, frame, surface), surface, frame, options);
       const Pose home_from_grid = frame.grid_from_world.inverse();
       for (AgentTrack& one : run.agents) {
         for (AgentSample& s : one.samples) {
           s.position = home_from_grid * s.position;
           s.facing = (home_from_grid.linear() * Vec3d(s.facing.x(), s.facing.y(), 0)).head<2>();
         }
+      }
+      for (InsectTrack& one : run.insects) {
+        for (InsectSample& s : one.samples) s.position = home_from_grid * s.position;
       }
     }
     Simulation simulation;
@@ -249,6 +267,50 @@ TEST_F(AgentsOfAHome, WhoSitsIsOverATrueSeatAndFacesAsItDoes) {
   RecordProperty("most_off_deg", std::to_string(most_off_deg));
   EXPECT_LE(farthest_m, 0.15);
   EXPECT_LE(most_off_deg, 20);
+}
+
+// Some of them crawl along the frames of windows and doors, which lie in the walls.
+TEST_F(AgentsOfAHome, InsectsAreWithinTwoCentimetresOfTheTrueWalls) {
+  const LabelSet labels = load_label_set("scannet20");
+  const Scene& scene = lived().simulation.home().scene;
+  const test::TrueSurface walls(scene, labels.find("wall")->id);
+  const test::TrueSurface in_walls[] = {{scene, labels.find("window")->id}, {scene, labels.find("door")->id}};
+  std::vector<double> off_m;
+  std::size_t on_wall = 0;
+  ASSERT_EQ(lived().run.insects.size(), 6U);
+  for (const InsectTrack& one : lived().run.insects) {
+    ASSERT_EQ(one.samples.size(), 6001U);
+    EXPECT_GT(one.crawled_m, 10);
+    EXPECT_LT(one.farthest_m, 0.04);
+    for (const InsectSample& s : one.samples) {
+      const double wall_m = walls.distance_m(s.position);
+      on_wall += wall_m <= 0.02 ? 1 : 0;
+      off_m.push_back(std::min({wall_m, in_walls[0].distance_m(s.position), in_walls[1].distance_m(s.position)}));
+    }
+  }
+  std::sort(off_m.begin(), off_m.end());
+  RecordProperty("on_wall", std::to_string(on_wall));
+  RecordProperty("most_m", std::to_string(off_m.back()));
+  EXPECT_GT(on_wall, off_m.size() * 9 / 10);
+  EXPECT_LE(off_m[off_m.size() * 99 / 100], 0.02);
+  EXPECT_LE(off_m.back(), 0.03);
+}
+
+TEST(Agents, InsectsLiveTheSameLifeForTheSameSeedAndDisturbNobody) {
+  const SurfaceByBlock surface = surface_samples(rooms().map.voxels);
+  const std::vector<WallMesh> walls = wall_meshes(rooms().map, rooms().frame, surface);
+  const auto places = [&](std::uint32_t seed) {
+    std::vector<double> all;
+    for (const InsectTrack& one :
+         let_crawl(walls, surface, rooms().frame, {.count = 1, .insects = 3, .seconds = 30, .seed = seed})) {
+      for (const InsectSample& s : one.samples) all.insert(all.end(), {s.position.x(), s.position.y(), s.position.z()});
+    }
+    return all;
+  };
+  EXPECT_EQ(places(1).size(), 3U * 3 * 301);
+  EXPECT_EQ(places(1), places(1));
+  EXPECT_NE(places(1), places(2));
+  EXPECT_TRUE(let_crawl({}, surface, rooms().frame, {.count = 1, .insects = 3}).empty());
 }
 
 }  // namespace

@@ -3,10 +3,9 @@
 //
 // An insect that crawls over the navigation mesh of one wall: from place to place, with rests. Coordinates are those of the wall's
 // mesh: y leads out of the wall.
-const kTurn_rad_s = 3;
-const kRest_s = [0.4, 2.5];
-const kFarthest_m = 2.5;
-const kTries = 8;
+import rules from './rules.json' with { type: 'json' };
+
+const { speed_m_s: kSpeed_m_s, turn_rad_s: kTurn_rad_s, turns_first_rad: kTurnsFirst_rad, rests_s: kRest_s, farthest_m: kFarthest_m, tries: kTries } = rules.insect;
 
 const wrapped = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));
 
@@ -25,7 +24,7 @@ export class Insect {
     this.#random = random;
     this.place = [...at];
     this.heading = random() * 2 * Math.PI;
-    this.#speed = 0.09 + 0.06 * random();
+    this.#speed = kSpeed_m_s[0] + (kSpeed_m_s[1] - kSpeed_m_s[0]) * random();
   }
 
   // To a place of its wall; false if there is no way.
@@ -56,7 +55,7 @@ export class Insect {
     const turn = Math.min(Math.abs(off), kTurn_rad_s * passed_s);
     if (left > 1e-4) this.heading = wrapped(this.heading + Math.sign(off) * turn);
     this.travelled_m += 0.02 * turn;
-    if (left > 1e-4 && Math.abs(off) - turn > 0.35) return;  // turns first
+    if (left > 1e-4 && Math.abs(off) - turn > kTurnsFirst_rad) return;  // turns first
     const step = Math.min(left, this.#speed * passed_s);
     for (let k = 0; k < 3; ++k) this.place[k] += left > 0 ? (way[k] * step) / left : 0;
     this.travelled_m += step;
