@@ -18,6 +18,7 @@ namespace {
 struct ViewerServer::State {};
 
 PlaySource::PlaySource(std::string /*map_file*/, std::string /*why_not*/) {}
+PlaySource PlaySource::of_growing_map() { needs_viewer(); }
 ViewerServer::ViewerServer(const ViewerOptions& /*options*/, SnapshotScene /*scene*/, const LatestSnapshot& /*latest*/,
                            PlaySource /*play*/, SceneHistory /*history*/) {
   needs_viewer();

@@ -301,7 +301,8 @@ std::unique_ptr<ViewerServer> open_viewer(const Arguments& arguments, const Mapp
                                           LatestSnapshot& latest) {
   if (!arguments.view) return nullptr;
   return std::make_unique<ViewerServer>(viewer_options_from(arguments),
-                                        scene_of(mapper, title_of(arguments.dataset), dataset.description()), latest);
+                                        scene_of(mapper, title_of(arguments.dataset), dataset.description()), latest,
+                                        PlaySource::of_growing_map());
 }
 
 void tell_start(const RunSummary& summary, const ViewerServer* viewer) {

@@ -72,7 +72,8 @@ ViewerContent::ViewerContent(SnapshotScene scene, const LatestSnapshot& latest, 
       history_(std::move(history)),
       run_(fresh_run_name()),
       chunks_(scene_.block_size_m, kMaxCacheBytes),
-      play_(std::move(play)) {}
+      play_(std::move(play)),
+      live_(scene_, latest_) {}
 
 Answer ViewerContent::answer(const std::string& path, const Query& query) {
   if (path == "/api/scene.glb") return glb();
@@ -84,7 +85,7 @@ Answer ViewerContent::made(const std::string& path, const Query& query) {
   if (path == "/api/state") return state(query);
   if (path == "/api/chunks") return chunks(query);
   if (path == "/api/objects") return objects(query);
-  if (path == "/api/scene") return with(kJson, scene_message(scene_, run_, !history_.is_still()));
+  if (path == "/api/scene") return with(kJson, scene_message(scene_, {run_, !history_.is_still(), play_.grows()}));
   if (path == "/api/history") return with(kJson, history_message(history_, scene_.labels));
   const auto newest = latest_.newest();
   if (path == "/api/frame.jpg") return picture("image/jpeg", pictures_.frame_jpeg(newest->frame));
@@ -133,13 +134,21 @@ Answer ViewerContent::chunks(const Query& query) {
   return with(kBytes, join_chunks(found));
 }
 
-// On play_maker_.
+// On play_maker_, like the next. Throws Error where there is none.
+const ScenePlan& ViewerContent::plan(const Query& query) {
+  if (!play_.grows()) return play_.plan();
+  const auto asked = query.find("r");
+  const auto revision = asked == query.end() ? std::nullopt : number_in<std::uint64_t>(asked->second);
+  return live_.of(revision.value_or(0));
+}
+
 Answer ViewerContent::play(const std::string& path, const Query& query) {
   try {
-    if (path == "/api/play/navmesh.bin") return with(kBytes, play_.plan().navmesh);
-    if (path == "/api/play/walls.bin") return with(kBytes, play_.plan().walls);
-    if (path == "/api/play/walls.json") return with(kJson, play_.plan().walls_index);
-    if (path == "/api/play/affordances.json") return with(kJson, play_.plan().affordances);
+    if (path == "/api/play/plan.json" && play_.grows()) return with(kJson, live_.newest());
+    if (path == "/api/play/navmesh.bin") return with(kBytes, plan(query).navmesh);
+    if (path == "/api/play/walls.bin") return with(kBytes, plan(query).walls);
+    if (path == "/api/play/walls.json") return with(kJson, plan(query).walls_index);
+    if (path == "/api/play/affordances.json") return with(kJson, plan(query).affordances);
     if (path == "/api/play/frames.json") return with(kJson, play_.frames());
     if (path == "/api/play/distances.json") return with(kJson, play_.distances());
     const auto numbered = [&](const char* type, std::string (PlaySource::*read)(std::size_t)) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "apps/viewer/encode.h"
+#include "apps/viewer/live_plan.h"
 #include "apps/viewer/maker.h"
 #include "apps/viewer/pictures.h"
 #include "apps/viewer/play_source.h"
@@ -59,6 +60,7 @@ class ViewerContent {
   Answer chunks(const Query& query);
   Answer glb();
   Answer play(const std::string& path, const Query& query);
+  const ScenePlan& plan(const Query& query);
 
   SnapshotScene scene_;
   const LatestSnapshot& latest_;
@@ -70,7 +72,8 @@ class ViewerContent {
   std::shared_ptr<const SnapshotSurface> surface_;  // of the newest snapshot that somebody asked for
   std::atomic<bool> is_making_glb_ = false;         // one at a time: it takes memory
   Maker glb_maker_;                                 // and time, so the others do not wait for it
-  PlaySource play_;                                 // on play_maker_ alone
+  PlaySource play_;                                 // on play_maker_ alone, like the next
+  LivePlan live_;                                   // of a map that grows
   Maker play_maker_;                                // a plan takes seconds
   Maker maker_;
 };

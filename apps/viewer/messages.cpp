@@ -119,16 +119,17 @@ std::vector<const MovingTrack*> tracks_to_send(const std::vector<MovingTrack>& t
 
 }  // namespace
 
-std::string scene_message(const SnapshotScene& scene, const std::string& run, bool has_history) {
+std::string scene_message(const SnapshotScene& scene, const SceneFacts& facts) {
   return text_of({{"protocol", kViewerProtocol},
                   {"title", scene.title},
                   {"dataset", scene.dataset},
-                  {"run", run},
+                  {"run", facts.run},
                   {"voxel_size_m", scene.voxel_size_m},
                   {"block_size_m", scene.block_size_m},
                   {"first_thing", scene.labels.first_thing()},
                   {"has_confidence", scene.has_confidence},
-                  {"has_history", has_history},
+                  {"has_history", facts.has_history},
+                  {"grows", facts.grows},
                   {"classes", classes_json(scene.labels)}});
 }
 

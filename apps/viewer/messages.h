@@ -19,7 +19,13 @@ inline constexpr std::size_t kMaxSpansSent = 20000;
 inline constexpr std::size_t kMaxTracksSent = 1000;
 inline constexpr std::size_t kMaxTrackedBoxesSent = 20000;
 
-std::string scene_message(const SnapshotScene& scene, const std::string& run, bool has_history);
+// Facts of a server about its scene.
+struct SceneFacts {
+  std::string run;           // different for every start
+  bool has_history = false;  // something came, went or moved
+  bool grows = false;        // figures live in the newest snapshot
+};
+std::string scene_message(const SnapshotScene& scene, const SceneFacts& facts);
 // The message `state`, with chunks newer than `since` only.
 std::string state_message(const SnapshotSurface& surface, std::uint64_t since);
 std::string objects_message(const Snapshot& snapshot, const LabelSet& labels);

@@ -38,6 +38,12 @@ std::optional<Vec3d> up_in(const SavedMap& saved) {
 PlaySource::PlaySource(std::string map_file, std::string why_not)
     : map_file_(std::move(map_file)), why_not_(std::move(why_not)) {}
 
+PlaySource PlaySource::of_growing_map() {
+  PlaySource source("", kNotWhileMapping);
+  source.grows_ = true;
+  return source;
+}
+
 template <typename T, typename Make>
 const T& PlaySource::once(Once<T>& thing, const Make& make) {
   if (map_file_.empty()) throw Error(why_not_);

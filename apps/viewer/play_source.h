@@ -22,11 +22,17 @@
 namespace panoptic {
 
 inline constexpr const char* kNoPlay = "figures and distances need a map file: run with --map FILE, then panoptic play FILE";
+inline constexpr const char* kNotWhileMapping =
+    "distances and the camera view need a map file: run with --map FILE, then panoptic play FILE";
 
 class PlaySource {
  public:
   // A map file; nothing is read before somebody asks. Empty: there is none, and `why_not` says it.
   explicit PlaySource(std::string map_file, std::string why_not = "");
+  // A map that grows: figures live in its newest snapshot (LivePlan), and there is nothing of the below.
+  static PlaySource of_growing_map();
+
+  bool grows() const { return grows_; }
 
   // All throw Error where there is no such thing, with the reason; the same reason again every time.
   const ScenePlan& plan();
@@ -63,6 +69,7 @@ class PlaySource {
 
   std::string map_file_;
   std::string why_not_;
+  bool grows_ = false;
   Once<ScenePlan> plan_;
   Once<Distances> distances_;
   Once<Recording> recording_;

@@ -158,6 +158,15 @@ void send_bytes(httplib::Response& response, std::string_view bytes, const std::
 }  // namespace
 
 struct ViewerServer::State {
+  // For the time in which an answer is made.
+  struct Answering {
+    explicit Answering(State& of) : state(of) { ++state.answering, state.asked_at = Clock::now(); }
+    ~Answering() { state.asked_at = Clock::now(), --state.answering; }
+    Answering(const Answering&) = delete;
+    Answering& operator=(const Answering&) = delete;
+    State& state;
+  };
+
   State(ViewerOptions viewer_options, SnapshotScene scene, const LatestSnapshot& latest, PlaySource play, SceneHistory history)
       : options(std::move(viewer_options)), content(std::move(scene), latest, std::move(play), std::move(history)) {}
 
@@ -179,6 +188,7 @@ struct ViewerServer::State {
   HttpServer http;
   std::thread listener;
   std::atomic<Clock::time_point> asked_at{Clock::time_point::min()};  // by a browser, for the last time
+  std::atomic<int> answering = 0;                                     // requests whose answers are being made
   std::mutex mutex;                                                   // of the three below
   std::condition_variable ending;
   bool is_ending = false;
@@ -296,7 +306,7 @@ void ViewerServer::State::end_stream() {
 }
 
 void ViewerServer::State::handle(const httplib::Request& request, httplib::Response& response) {
-  asked_at = Clock::now();
+  const Answering answering_it(*this);
   if (!is_admitted(request, response)) return;
   if (request.path == "/events") {
     if (request.method == "HEAD") return say(response, 405, "GET it");
@@ -349,7 +359,8 @@ void ViewerServer::finish(const std::function<bool()>& wanted) const {
   constexpr auto kQuiet = std::chrono::seconds(2);
   constexpr auto kLongest = std::chrono::seconds(30);
   const auto since = Clock::now();
-  while (wanted() && Clock::now() - since < kLongest && Clock::now() < state_->asked_at.load() + kQuiet) {
+  const auto is_asked = [&] { return state_->answering > 0 || Clock::now() < state_->asked_at.load() + kQuiet; };
+  while (wanted() && Clock::now() - since < kLongest && is_asked()) {
     std::this_thread::sleep_for(kLookEvery);
   }
 }

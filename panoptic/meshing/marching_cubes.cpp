@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -125,6 +126,7 @@ class ChunkBuilder {
     v.color = {mixed_channel(a.red, b.red, along), mixed_channel(a.green, b.green, along), mixed_channel(a.blue, b.blue, along)};
     const Voxel& nearer = along < 0.5F ? a : b;
     v.panoptic_id = objects_.id_of(static_cast<LabelSlot>(nearer.label));
+    v.weight = std::min(a.weight, b.weight);
     v.confidence = static_cast<std::uint8_t>(std::lround(label_share(nearer.label_weight, nearer.vote_sum) * 255.0F));
     v.corner_x = static_cast<std::uint8_t>(lower[0]);
     v.corner_y = static_cast<std::uint8_t>(lower[1]);

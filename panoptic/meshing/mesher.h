@@ -24,6 +24,7 @@ struct ChunkVertex {
   Vec3f position;          // world, metres
   Vec3f area_normal;       // sum of the normals of the chunk's triangles around it, weighted by area
   PanopticId panoptic_id;  // of the voxel that is nearer, at the time when the chunk was made
+  float weight;            // how well it was seen: the smaller W^D of the two voxels
   Rgb color;
   std::uint8_t corner_x, corner_y, corner_z, axis;
   std::uint8_t confidence;  // in the label: weight of the label / weight of the distance of that voxel, x 255, at most 255

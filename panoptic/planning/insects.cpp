@@ -20,7 +20,7 @@ namespace rules = agent_rules;
 
 constexpr double kStep_s = 1.0 / rules::kStepsPer_s;
 constexpr int kStepsPerSample = 6;
-static_assert(kStepsPerSample == kAgentSample_s * rules::kStepsPer_s);
+static_assert(kStepsPerSample * 10 == rules::kStepsPer_s);
 
 // The surface near a wall, by place in the wall's frame: its navigation mesh is near it, insects are on it.
 class WallSurface {

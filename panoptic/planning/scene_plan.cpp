@@ -18,8 +18,12 @@
 namespace panoptic {
 
 ScenePlan scene_plan(const PanopticMap& map, const AgentSize& agent, const std::optional<Vec3d>& up) {
+  return scene_plan(map, surface_samples(map.voxels), agent, up);
+}
+
+ScenePlan scene_plan(const PanopticMap& map, const SurfaceByBlock& surface, const AgentSize& agent,
+                     const std::optional<Vec3d>& up) {
   check(agent);
-  const SurfaceByBlock surface = surface_samples(map.voxels);
   const UpFrame frame = up_frame(map, surface, up);
   const Ground ground = ground_of(map, frame, surface, agent);
   const RecastMesh floor(ground.columns, agent);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "panoptic/planning.h"
+#include "panoptic/planning/surface_samples.h"
 
 namespace panoptic {
 
@@ -20,5 +21,8 @@ struct ScenePlan {
 
 // Throws Error as write_plan does, and if nowhere on the floor is there room for the agent.
 ScenePlan scene_plan(const PanopticMap& map, const AgentSize& agent = {}, const std::optional<Vec3d>& up = {});
+// The same from the surface: samples of the map's voxels, or those of a map whose voxels are not at hand.
+ScenePlan scene_plan(const PanopticMap& map, const SurfaceByBlock& surface, const AgentSize& agent = {},
+                     const std::optional<Vec3d>& up = {});
 
 }  // namespace panoptic

@@ -37,8 +37,10 @@ const work = resolve(process.argv[3]);
 rmSync(work, { recursive: true, force: true });
 mkdirSync(join(work, 'screenshots'), { recursive: true });
 // Who plays needs floor: a sensor without noise sees enough of it in few frames.
+const kPlayed = ['--seed', '5', '--frames', '150', '--noise', 'none', '--predictions', 'oracle'];
 const kHomes = {
-  'play.test.mjs': ['--seed', '5', '--frames', '150', '--noise', 'none', '--predictions', 'oracle'],
+  'live.test.mjs': kPlayed,
+  'play.test.mjs': kPlayed,
   'past.test.mjs': ['--seed', '11', '--frames', '300', '--noise', 'none', '--predictions', 'oracle', '--dynamics', 'busy'],  // a chair is moved
 };
 const home = kHomes[process.argv[4]] ?? ['--seed', '1', '--frames', '90', '--predictions', 'good'];

@@ -66,6 +66,8 @@ class Page {
   });
   #play = null;      // the mode "Play", from when it was opened first
   #opening = false;
+  #wants_play = false;
+  #grows = false;    // the map does
   #slice = null;     // of distances, from when it was opened first
   #measuring = false;
   #scenes = 0;       // how many came
@@ -109,6 +111,8 @@ class Page {
     this.#slice?.close();  // another run has another map
     this.#slice = null;
     this.#bar.mark_distances(false);
+    this.#grows = scene.grows;
+    this.#leave_play();
     this.#look_back.open(scene);
     this.#status.set_scene(scene);
     this.#bar.allow_mode('confidence', scene.has_confidence !== false);
@@ -128,6 +132,7 @@ class Page {
     }
     this.#bar.allow_camera('follow', pose !== null);
     this.#state = state;
+    this.#play?.renew(state.revision);
     this.#refresh_panels();
     this.#stage.invalidate_soon();
   }
@@ -142,7 +147,7 @@ class Page {
 
   // The address that panoptic play prints ends in #play.
   #play_if_asked() {
-    if ((window.location.hash !== '#play' && saved === null) || this.#play || this.#labels.objects.length === 0) return;
+    if ((window.location.hash !== '#play' && saved === null) || this.#play || this.#opening || this.#labels.objects.length === 0) return;
     this.#toggle_play();
   }
 
@@ -196,20 +201,35 @@ class Page {
   }
 
   async #toggle_play() {
+    this.#wants_play = !this.#wants_play;
     if (this.#opening) return;
     this.#opening = true;
     try {
       this.#play ??= await this.#open_play();
-      this.#play.show(!this.#play.active);
-      document.body.classList.toggle('playing', this.#play.active);
-      if (this.#play.active) this.#select(0);
-      if (this.#play.active) this.#look_back.to_now();
-      this.#bar.mark_play(this.#play.active);
     } catch (error) {
       notify(`Nothing to play with: ${error.message}`);
     } finally {
       this.#opening = false;
     }
+    this.#wants_play &&= this.#play !== null;
+    this.#show_play();
+  }
+
+  #show_play() {
+    const shown = this.#wants_play;
+    if (this.#play && this.#play.active !== shown) this.#play.show(shown);
+    document.body.classList.toggle('playing', shown);
+    if (shown) this.#select(0);
+    if (shown) this.#look_back.to_now();
+    this.#bar.mark_play(shown);
+  }
+
+  // Another run has another map.
+  #leave_play() {
+    this.#wants_play = false;
+    this.#show_play();
+    this.#play?.close();
+    this.#play = null;
   }
 
   async #toggle_distances() {
@@ -238,12 +258,18 @@ class Page {
 
   async #open_play() {
     notify('Looking where one can walk, sit and lie …');
+    const scene = this.#scenes;
     const { Play } = await import('./play/play.js');
     const play = await Play.open({
       stage: this.#stage, surface: this.#surface, material: this.#material, pick: (x, y, film) => this.#picking.at(x, y, film),
       look: (from, at) => this.#navigation.look(from, at), save_picture: (picture, number) => save_picture(picture, `${this.#title}_play`, number),
+    }, {
+      grows: this.#grows, is_wanted: () => this.#wants_play && scene === this.#scenes,
+      why: (reason) => notify(`Play begins by itself as soon as there is a floor. So far: ${reason}`),
     });
+    if (play === null || scene !== this.#scenes) return play?.close() ?? null;
     this.#theme.on_change(({ accent }) => { play.color = accent; });
+    notify('');  // it waits no longer
     globalThis.panoptic_play = play;  // for those who check where figures are
     return play;
   }

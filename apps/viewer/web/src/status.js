@@ -63,11 +63,11 @@ export class Status {
   }
 }
 
-// A line at the lower edge that goes away by itself.
+// A line at the lower edge that goes away by itself, or at once for the next one; '' is none.
 export function notify(text) {
   const notice = by_id('notice');
   notice.textContent = text;
-  notice.hidden = false;
+  notice.hidden = text === '';
   clearTimeout(notify.timer);
   notify.timer = setTimeout(() => { notice.hidden = true; }, 4000);
 }

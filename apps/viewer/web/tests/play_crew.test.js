@@ -113,3 +113,59 @@ test('Places: a click means the seat, the bed, the table top or the floor under 
 test('Crew: bytes that are no navigation mesh are refused', () => {
   assert.throws(() => new Crew({ ...plan, navmesh: new Uint8Array(100) }), /no navigation mesh/);
 });
+
+// The same home after its frame was turned by `angle` and raised by `up_m`: what a newer plan of a map that grows is like.
+function newer({ angle = 0, up_m = 0, seats = plan.affordances.seats } = {}) {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  const world_from_grid = [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, up_m], [0, 0, 0, 1]];
+  return { ...plan, world_from_grid, affordances: { ...plan.affordances, seats, world_from_grid } };
+}
+
+test('Crew: on a newer plan who walks goes on, and who sits stays seated, as long as the seat is there', () => {
+  const crew = crew_of();
+  const [walker, sitter] = [crew.add_person([1.2, 0, 1.2]), crew.add_person([4, 0, 3])];
+  const [seat] = crew.places.seats;
+  assert.ok(sitter.actor.sit(seat));
+  until(crew, () => sitter.actor.state === 'sitting', 30);
+  assert.ok(walker.actor.go([1.2, 0, 3.4]));
+  crew.update(0.25);
+  crew.update(0.25);
+  let before = [...walker.actor.place];
+  const nearer = plan.affordances.seats.map((one) => ({ ...one, position: one.position.map((value, i) => value + [0.02, 0, 0.01][i]), height_m: one.height_m + 0.01 }));
+  for (let i = 0; i < 3; ++i) {
+    const { aside_m } = crew.renew(newer({ seats: nearer }));
+    assert.ok(aside_m < 0.01);
+    assert.deepEqual([walker.actor.state, sitter.actor.state], ['walking', 'sitting']);
+    assert.ok(walker.actor.place.every((value, k) => Math.abs(value - before[k]) < 0.01), `${walker.actor.place} and ${before}`);
+    for (let k = 0; k < 10; ++k) crew.update(kStep_s);
+    assert.ok(Math.hypot(walker.actor.place[0] - before[0], walker.actor.place[2] - before[2]) > 0.1, 'it lost its speed');
+    before = [...walker.actor.place];
+  }
+  assert.ok(Math.abs(sitter.actor.place[0] - 4.32) < 1e-6 && sitter.actor.goal.seat === crew.places.seats[0] && !crew.is_free(crew.places.seats[0]));
+  crew.renew(newer({ seats: plan.affordances.seats.slice(1) }));
+  until(crew, () => sitter.actor.state === 'standing', 10);
+  until(crew, () => walker.actor.state === 'standing', 10);
+  assert.ok(Math.hypot(walker.actor.place[0] - 1.2, walker.actor.place[2] - 3.4) < 0.1);
+});
+
+test('Crew: when the frame of the plan changes everybody moves by that, and where the floor is gone to the nearest floor', () => {
+  const crew = crew_of();
+  const { actor } = crew.add_person([2, 0, 0.6]);
+  const { insect, wall } = crew.add_insect();
+  const before = { person: [...actor.place], heading: actor.heading, insect: new Vector3(...insect.place).applyMatrix4(wall.to_figures) };
+  const angle = 0.02;
+  const { moved } = crew.renew(newer({ angle, up_m: 0.03 }));
+  const at = new Vector3(...before.person).applyMatrix4(moved);
+  assert.ok(Math.abs(at.y + 0.03 - before.person[1]) < 1e-9 && Math.hypot(at.x - actor.place[0], at.z - actor.place[2]) < 0.01, `${actor.place}`);
+  assert.ok(Math.abs(actor.place[1]) < 0.021, 'it stands on the floor of now');
+  assert.ok(Math.abs(turn_between(before.heading, actor.heading) - angle) < 1e-6);
+  const [item] = crew.insects;
+  const now = new Vector3(...item.insect.place).applyMatrix4(item.wall.to_figures);
+  assert.ok(now.distanceTo(before.insect.applyMatrix4(moved)) < 0.12, `${now.toArray()}`);
+  const away = newer();
+  away.world_from_grid = [[1, 0, 0, 1.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];  // the old place is 1.5 m off, now under the wall
+  const { aside_m } = crew.renew(away);
+  assert.ok(crew.floor.nearest(actor.place, 0.05) !== null && aside_m < 4);
+  crew.renew({ ...newer(), walls_index: { walls: [] } });
+  assert.equal(crew.insects.length, 0);
+});

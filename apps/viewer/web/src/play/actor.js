@@ -14,6 +14,12 @@ const wrapped = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));
 const heading_of = ([x, , z]) => Math.atan2(x, z);
 const between = (a, b, t) => a.map((value, i) => value + (b[i] - value) * t);
 const apart = (a, b) => Math.hypot(a[0] - b[0], a[2] - b[2]);
+const below = ([x, , z]) => [x, 0, z];
+const kSamePlace_m = 0.3;               // a seat or bed of a newer plan that is no farther away is the same one
+const kFootholds_m = [0.4, 1, 4];       // where the floor of a newer plan is looked for
+
+// The seat or bed of the same object that is there now; undefined if there is none.
+const same_place = (all, { object }, at) => all.filter((one) => one.object === object && apart(one.at, at) < kSamePlace_m).sort((a, b) => apart(a.at, at) - apart(b.at, at))[0];
 
 export class Actor {
   state = 'standing';  // walking, turning, sitting down, sitting, lying down, lying, getting up, standing up
@@ -33,6 +39,7 @@ export class Actor {
   #speed = 0;
   #stuck_s = 0;
 
+  #homeless = false;   // the seat or bed that it is on is gone
   #next = null;        // what it was told meanwhile
 
   constructor(shape, floor, at, { heading = 0, seed = 0 } = {}) {
@@ -70,19 +77,26 @@ export class Actor {
 
   sit(seat) {
     const spot = this.#spot_before(seat);
-    return spot !== null && this.#begin({ kind: 'seat', seat, spot, at: [seat.at[0], 0, seat.at[2]], facing: heading_of(seat.facing), height: seat.height });
+    return spot !== null && this.#begin({ kind: 'seat', seat, spot, ...this.#on_seat(seat) });
   }
 
   lie(bed) {
     for (const edge of edges_of(bed)) {
       const spot = this.#spot_before(edge);
       if (spot === null) continue;
-      const head = rules.bed.head_share * this.#shape.height;  // the pelvis is a little above the middle of the body
-      const at = [bed.at[0] + head * bed.axis[0], 0, bed.at[2] + head * bed.axis[2]];
-      return this.#begin({ kind: 'bed', bed, spot, at: [edge.at[0], 0, edge.at[2]], facing: heading_of(edge.facing), height: bed.height,
-        lying_at: at, lying_heading: heading_of(bed.axis.map((value) => -value)) });
+      return this.#begin({ kind: 'bed', bed, spot, ...this.#on_bed(bed, edge) });
     }
     return false;
+  }
+
+  #on_seat({ at, facing, height }) {
+    return { at: below(at), facing: heading_of(facing), height };
+  }
+
+  #on_bed({ at, axis, height }, edge) {
+    const head = rules.bed.head_share * this.#shape.height;  // the pelvis is a little above the middle of the body
+    return { at: below(edge.at), facing: heading_of(edge.facing), height, lying_at: [at[0] + head * axis[0], 0, at[2] + head * axis[2]],
+      lying_heading: heading_of(axis.map((value) => -value)) };
   }
 
   stand() {
@@ -91,6 +105,73 @@ export class Actor {
       return true;
     }
     return this.state === 'sitting' && this.#rise();
+  }
+
+  // On the floor of a newer plan, with its seats and beds: {seats, beds}. `moved`: a matrix from the frame so far to its own. Returns
+  // how far it had to be put aside, metres.
+  renew(floor, moved, places) {
+    const carry = {
+      place: (at) => new Vector3(...at).applyMatrix4(moved).toArray(),
+      heading: (angle) => heading_of(new Vector3(Math.sin(angle), 0, Math.cos(angle)).transformDirection(moved).toArray()),
+    };
+    const velocity = this.#agent?.velocity();
+    this.#floor = floor;
+    this.#agent = null;
+    this.place = carry.place(this.place);
+    this.heading = carry.heading(this.heading);
+    const goal = this.goal && this.#renewed(this.goal, carry, places);
+    this.#next = this.#next && this.#renewed(this.#next, carry, places);
+    if (this.is_down) return this.#stay_down(goal ?? this.#left(this.goal, carry), goal === null, velocity);
+    return this.#stay_up(goal, velocity);
+  }
+
+  // The same goal in a newer plan; null if its seat or bed is gone.
+  #renewed(goal, carry, { seats, beds }) {
+    const spot = this.#foothold(carry.place(goal.spot));
+    if (goal.kind === 'floor') return { kind: 'floor', spot };
+    const before = goal.seat ?? goal.bed;
+    const now = same_place(goal.kind === 'seat' ? seats : beds, before, carry.place(before.at));
+    if (!now) return null;
+    if (goal.kind === 'seat') return { kind: 'seat', seat: now, spot, ...this.#on_seat(now) };
+    const at = carry.place(goal.at);
+    const [edge] = edges_of(now).sort((a, b) => apart(a.at, at) - apart(b.at, at));
+    return { kind: 'bed', bed: now, spot, ...this.#on_bed(now, edge) };
+  }
+
+  // Where a seat or bed was that is gone.
+  #left(goal, carry) {
+    const left = { ...goal, spot: this.#foothold(carry.place(goal.spot)), at: below(carry.place(goal.at)), facing: carry.heading(goal.facing) };
+    if (goal.kind === 'bed') Object.assign(left, { lying_at: below(carry.place(goal.lying_at)), lying_heading: carry.heading(goal.lying_heading) });
+    return left;
+  }
+
+  #foothold(at) {
+    for (const far_m of kFootholds_m) {
+      const found = this.#floor.nearest(at, far_m);
+      if (found !== null) return found;
+    }
+    return this.#floor.random() ?? at;
+  }
+
+  #stay_down(goal, homeless, velocity) {
+    this.goal = goal;
+    this.#homeless = homeless;
+    if (this.state === 'sitting') this.place = [...goal.at];
+    if (this.state === 'lying') this.place = [...goal.lying_at];
+    if (velocity) this.#agent = this.#floor.enter(goal.spot, this.#most_m_s);
+    return 0;
+  }
+
+  #stay_up(goal, velocity) {
+    const at = this.#foothold(this.place);
+    const aside_m = apart(at, this.place);
+    this.place = at;
+    this.#agent = this.#floor.enter(at, this.#most_m_s, velocity);
+    const goes_on = goal !== null && this.#reaches(goal.spot);
+    this.goal = goes_on ? goal : null;
+    if (!goes_on) this.state = 'standing';
+    else if (this.state === 'walking') this.#agent.go(goal.spot);
+    return aside_m;
   }
 
   leave() {
@@ -272,7 +353,7 @@ export class Actor {
 
   #rest(pose) {
     this.pose = resting(structured(pose), this.#time_s, this.#seed);
-    if (this.#next !== null) this.stand();
+    if (this.#next !== null || this.#homeless) this.stand();
   }
 
   #get_up() {
@@ -289,6 +370,7 @@ export class Actor {
     this.#gait = this.#speed = 0;
     const next = this.#next;
     this.goal = this.#next = null;
+    this.#homeless = false;
     this.#set('standing');
     if (next !== null) this.#begin(next);
   }

@@ -68,9 +68,12 @@ export class ActorsView {
         const body = new InsectBody(i);
         const frame = new Group();
         frame.matrixAutoUpdate = false;
-        frame.matrix.copy(item.wall.to_figures);
         frame.add(body.group);
-        return { group: frame, hold: (insect) => body.hold(insect, item.lift_m ?? 0), dispose: () => body.dispose() };
+        const hold = (insect) => {
+          frame.matrix.copy(item.wall.to_figures);
+          body.hold(insect, item.lift_m ?? 0);
+        };
+        return { group: frame, hold, dispose: () => body.dispose() };
       }).hold(item.insect);
     });
     for (const { key, kind, place, turn } of things) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // All figures and insects of a map, and what they do on their own. Knows nothing of drawing, so that it runs anywhere.
-import { Matrix4 } from 'three';
+import { Matrix4, Vector3 } from 'three';
 import { setRandomSeed } from 'recast-navigation';
 import { Actor } from './actor.js';
 import { Floor, kStep_s, Mesh } from './ground.js';
@@ -12,6 +12,7 @@ import rules from './rules.json' with { type: 'json' };
 import { random_of, shape_of } from './shape.js';
 
 const kMostLate_s = 0.25;
+const kFarthestWall_m = 2;
 
 const turned = (rows) => new Matrix4().set(...rows.flat());
 // From Detour's axes (x, z, -y) to z-up ones, and back.
@@ -33,16 +34,57 @@ export class Crew {
   #random;
   #late_s = 0;
   #made = 0;
+  #world_from_figures;
 
   // plan: {navmesh, walls, walls_index, affordances}: bytes and objects of the files of the same names.
   constructor(plan, seed = 1) {
     setRandomSeed(seed);
     this.#random = random_of(seed);
+    this.#read(plan);
+  }
+
+  #read(plan) {
+    this.#world_from_figures = world_from_figures(plan.world_from_grid);
     this.floor = new Floor(plan.navmesh);
     this.places = places_of(plan.affordances);
+    this.walls = [];
     for (const { offset, bytes, grid_from_wall, polygons } of plan.walls_index.walls) {
       if (polygons > 0) this.walls.push({ mesh: new Mesh(plan.walls.slice(offset, offset + bytes)), to_figures: figures_from_wall(grid_from_wall) });
     }
+  }
+
+  // A newer plan of the same map. Everybody stays where they are in the world, as far as its floor, seats and walls allow. Returns
+  // {moved: from the frame so far to the new one, aside_m: how far somebody had to be put aside at most}.
+  renew(plan) {
+    const { floor, walls } = this;
+    const before = this.#world_from_figures;
+    this.#read(plan);
+    const moved = this.#world_from_figures.clone().invert().multiply(before);
+    const aside_m = Math.max(0, ...this.people.map(({ actor }) => actor.renew(this.floor, moved, this.places)));
+    this.insects = this.insects.filter((item) => this.#renew_insect(item, moved));
+    floor.destroy();
+    for (const { mesh } of walls) mesh.destroy();
+    return { moved, aside_m };
+  }
+
+  // To the nearest place on a wall; false if there is none.
+  #renew_insect(item, moved) {
+    const to_figures = moved.clone().multiply(item.wall.to_figures);
+    const place = new Vector3(...item.insect.place).applyMatrix4(to_figures);
+    const ahead = new Vector3(Math.sin(item.insect.heading), 0, Math.cos(item.insect.heading)).transformDirection(to_figures);
+    let least_m = Infinity;
+    for (const wall of this.walls) {
+      const from_figures = wall.to_figures.clone().invert();
+      const own = place.clone().applyMatrix4(from_figures);
+      const at = wall.mesh.nearest(own.toArray(), kFarthestWall_m);
+      const off_m = at === null ? Infinity : own.distanceTo(new Vector3(...at));
+      if (off_m >= least_m) continue;
+      least_m = off_m;
+      const { x, z } = ahead.clone().transformDirection(from_figures);
+      Object.assign(item, { wall, solid_at: null });
+      item.insect.move_to(wall.mesh, at, Math.atan2(x, z));
+    }
+    return least_m < Infinity;
   }
 
   // Somewhere on the floor, away from the others; null if there is no room.
@@ -74,7 +116,7 @@ export class Crew {
 
   add_insect() {
     if (this.walls.length === 0) return null;
-    const wall = this.walls[Math.floor(this.#random() * Math.min(6, this.walls.length))];
+    const wall = this.walls[Math.floor(this.#random() * Math.min(rules.insect.walls, this.walls.length))];
     const at = wall.mesh.random();
     if (at === null) return null;
     const made = { insect: new Insect(wall.mesh, at, this.#random), wall };

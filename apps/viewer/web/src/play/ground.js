@@ -66,10 +66,11 @@ export class Floor extends Mesh {
     this.#crowd = new Crowd(this.navMesh, { maxAgents: kMostAgents, maxAgentRadius: kAgent.radius });
   }
 
-  // Somebody who stands there; null if there are too many already.
-  enter(at, speed = kAgent.maxSpeed) {
+  // Somebody who stands there, or moves with that velocity; null if there are too many already.
+  enter(at, speed = kAgent.maxSpeed, velocity = [0, 0, 0]) {
     if (this.#crowd.getAgents().length >= kMostAgents) return null;
     const agent = this.#crowd.addAgent(xyz(at), { ...kAgent, maxSpeed: speed });
+    velocity.forEach((value, i) => agent.raw.set_vel(i, value));
     return {
       place: () => list(agent.position()), velocity: () => list(agent.velocity()),
       go: (to) => agent.requestMoveTarget(xyz(to)), stop: () => agent.resetMoveTarget(), leave: () => this.#crowd.removeAgent(agent),

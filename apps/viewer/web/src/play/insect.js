@@ -27,6 +27,14 @@ export class Insect {
     this.#speed = kSpeed_m_s[0] + (kSpeed_m_s[1] - kSpeed_m_s[0]) * random();
   }
 
+  // On another mesh; where it was going is forgotten.
+  move_to(mesh, at, heading) {
+    this.#mesh = mesh;
+    this.place = [...at];
+    this.heading = heading;
+    this.#corners = [];
+  }
+
   // To a place of its wall; false if there is no way.
   go(to) {
     const way = this.#mesh.way(this.place, to);

@@ -4,6 +4,7 @@
 // Things that stand, tip and fall: the one seam to Rapier as WebAssembly. The surface of the map near the things is solid; it is
 // handed over chunk by chunk as it is needed. Coordinates are those of the figures, y is up.
 import RAPIER from '@dimforge/rapier3d-compat';
+import { Quaternion, Vector3 } from 'three';
 import { kThings } from './things.js';
 
 const kStep_s = 1 / 120;
@@ -35,6 +36,20 @@ export class Physics {
       if (before) this.#world.removeCollider(before.collider, false);
       const collider = this.#world.createCollider(RAPIER.ColliderDesc.trimesh(places, Uint32Array.from(indices)).setFriction(0.8));
       this.#chunks.set(key, { version, collider });
+    }
+  }
+
+  // Nothing of the surface is solid any more, and things are elsewhere: `turn` [x, y, z, w], then `by`. They fall where they are.
+  move(turn, by) {
+    for (const { collider } of this.#chunks.values()) this.#world.removeCollider(collider, false);
+    this.#chunks.clear();
+    const rotation = new Quaternion(...turn);
+    for (const { body } of this.#things.filter((thing) => thing !== null)) {
+      const { x, y, z } = body.translation();
+      const place = new Vector3(x, y, z).applyQuaternion(rotation).add(new Vector3(...by));
+      const held = body.rotation();
+      body.setTranslation(place, true);
+      body.setRotation(rotation.clone().multiply(new Quaternion(held.x, held.y, held.z, held.w)), true);
     }
   }
 

@@ -11,8 +11,8 @@ import { Film } from './film.js';
 import { start_recast } from './ground.js';
 import { start_physics } from './physics.js';
 import { meant } from './places.js';
-import { fetch_plan } from './play_data.js';
 import { PlayPanel } from './play_panel.js';
+import { Plans } from './plans.js';
 import { SolidWorld } from './solid_world.js';
 
 const kLongestStep_s = 0.25;
@@ -20,9 +20,13 @@ const kPiece_s = 0.1;  // things and people move by turns
 const kFirstPeople = 2;
 const kFirstInsects = 2;
 const kPushed_m_s = 0.75;
+const kRenewEvery_ms = 1000;
+const kAside_m = 0.3;  // who is put aside farther is told of
+const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 const kHints = {
   none: 'Add a person, then click the floor, a seat or a bed. A click on a table puts something there.',
   floor: 'On the way.', seat: 'On the way to sit down.', bed: 'On the way to lie down.', no_way: 'There is no way there.', taken: 'That place is taken.',
+  no_places: 'The map has nothing to sit or lie on and no tables yet: click the floor. Maps made with networks or --predictions have them.',
   nothing: 'Nobody can go there. Click the floor, a seat, a bed or a table.', full: 'There is no room for one more.', no_walls: 'The map has no wall for insects.',
 };
 
@@ -38,15 +42,30 @@ export class Play {
   #thing = 'cup';
   #lie = false;
   #before_ms = 0;
+  #plans;
+  #newest = 0;         // snapshot of a map that grows
+  #renewing = false;
+  #renewed = { times: 0, aside_m: 0 };
+  #to_come = kFirstPeople;
+  #closed = false;
 
-  // Throws an Error that says why there is nothing to play with.
-  static async open(page) {
-    const [plan] = await Promise.all([fetch_plan(), start_recast(), start_physics()]);
-    return new Play(page, plan);
+  // Throws an Error that says why there is nothing to play with. Where the map `grows` it waits for a floor: tells why(text) once a
+  // second, and gives null once is_wanted() does not hold.
+  static async open(page, { grows = false, why = () => {}, is_wanted = () => true } = {}) {
+    const plans = new Plans(grows);
+    const [first] = await Promise.all([plans.next(), start_recast(), start_physics()]);
+    for (let plan = first; is_wanted(); plan = await plans.next()) {
+      if (plan !== null) return new Play(page, plan, plans);
+      if (plans.finished) throw new Error(plans.why_not);
+      why(plans.why_not);
+      await pause(kRenewEvery_ms);
+    }
+    return null;
   }
 
-  constructor(page, plan) {
+  constructor(page, plan, plans) {
     this.#page = page;
+    this.#plans = plans;
     this.crew = new Crew(plan);
     this.#view.group.matrixAutoUpdate = false;
     this.#view.group.matrix.copy(world_from_figures(plan.world_from_grid));
@@ -59,9 +78,45 @@ export class Play {
     this.#solid = new SolidWorld(page.surface, this.#view.group.matrix);
     this.#panel.mark('alone', this.crew.on_their_own);
     this.#panel.mark_thing(this.#thing);
-    for (let i = 0; i < kFirstPeople; ++i) this.add_person();
+    this.#add_first();
     for (let i = 0; i < kFirstInsects; ++i) this.crew.add_insect();
-    this.#panel.say(kHints.none);
+    const { seats, beds, tables } = this.crew.places;
+    this.#panel.say(seats.length + beds.length + tables.length > 0 ? kHints.none : kHints.no_places);
+  }
+
+  // The first people come when there is room for them.
+  #add_first() {
+    while (this.#to_come > 0 && this.add_person() !== null) --this.#to_come;
+  }
+
+  // There is a snapshot of this revision: floor, seats and walls become those of now, about once a second.
+  async renew(revision) {
+    this.#newest = Math.max(this.#newest, revision);
+    if (!this.#plans.grows || this.#renewing) return;
+    this.#renewing = true;
+    try {
+      while (this.active && this.#plans.looked_at < this.#newest) {
+        const plan = await this.#plans.next();
+        if (plan !== null && !this.#closed) this.#take(plan);
+        if (this.#plans.looked_at < this.#newest) await pause(kRenewEvery_ms);
+      }
+    } catch (error) {
+      this.#panel.say(`The floor stays as it was seen so far: ${error.message}`);
+    } finally {
+      this.#renewing = false;
+    }
+  }
+
+  #take(plan) {
+    const { moved, aside_m } = this.crew.renew(plan);
+    const { group } = this.#view;
+    group.matrix.copy(world_from_figures(plan.world_from_grid));
+    group.updateMatrixWorld(true);
+    this.#solid.renew(moved);
+    this.#renewed = { times: this.#renewed.times + 1, aside_m: Math.max(this.#renewed.aside_m, aside_m) };
+    this.#add_first();
+    if (aside_m > kAside_m) this.#panel.say(`The floor was another one: somebody was put ${aside_m.toFixed(1)} m aside.`);
+    this.#page.stage.invalidate();
   }
 
   show(shown) {
@@ -73,11 +128,22 @@ export class Play {
       this.#view.group.updateMatrixWorld(true);
       this.#before_ms = performance.now();
       stage.animate(() => this.#tick());
+      this.renew(this.#newest);
     } else {
       stage.map.remove(this.#view.group);
       this.#film.hide();
     }
     stage.invalidate();
+  }
+
+  // For good. It must not be shown.
+  close() {
+    this.#closed = true;
+    this.clear();
+    this.#view.update(this.crew, null, [], false);
+    this.crew.destroy();
+    this.#solid.destroy();
+    this.#panel.close();
   }
 
   set color(color) {
@@ -86,9 +152,13 @@ export class Play {
 
   add_person() {
     const person = this.crew.add_person();
-    if (person === null) return this.#panel.say(kHints.full);
+    if (person === null) {
+      this.#panel.say(kHints.full);
+      return null;
+    }
     this.#chosen = person;
-    return this.#page.stage.invalidate();
+    this.#page.stage.invalidate();
+    return person;
   }
 
   add_insect() {
@@ -98,6 +168,7 @@ export class Play {
 
   clear() {
     this.crew.clear();
+    this.#to_come = 0;
     this.#chosen = null;
     this.#solid.clear();
     this.#page.stage.invalidate();
@@ -253,10 +324,11 @@ export class Play {
       people: this.crew.people.map((person) => {
         const joints = this.#view.joints.get(person);
         const { state, place, heading } = person.actor;
-        return { number: person.number, state, place: [...place], heading, pelvis: joints?.pelvis.toArray(), ankles: joints?.legs.map((leg) => leg.ankle.toArray()), ankle_m: person.shape.ankle };
+        return { number: person.number, state, place: [...place], world: new Vector3(...place).applyMatrix4(this.#view.group.matrix).toArray(), heading, pelvis: joints?.pelvis.toArray(), ankles: joints?.legs.map((leg) => leg.ankle.toArray()), ankle_m: person.shape.ankle };
       }),
       insects: this.crew.insects.map(({ insect: { place: [x, y, z] }, wall, lift_m = 0 }) => new Vector3(x, y + lift_m, z).applyMatrix4(wall.to_figures).toArray()),
       things: this.#solid.things,
+      plan: { revision: this.#plans.revision, finished: this.#plans.finished, ...this.#renewed },
     };
   }
 }

@@ -4,11 +4,15 @@
 // Fetches what Play needs. What is not there comes as an Error whose message is the server's reason.
 import { bytes_of, json_of, picture_of } from '../server.js';
 
-export async function fetch_plan() {
-  const affordances = await json_of('/api/play/affordances.json');
-  const [navmesh, walls, walls_index] = await Promise.all([bytes_of('/api/play/navmesh.bin'), bytes_of('/api/play/walls.bin'), json_of('/api/play/walls.json')]);
+// which: '' of a finished map, '?r=REVISION' of one that grows.
+export async function fetch_plan(which = '') {
+  const affordances = await json_of(`/api/play/affordances.json${which}`);
+  const [navmesh, walls, walls_index] = await Promise.all([bytes_of(`/api/play/navmesh.bin${which}`), bytes_of(`/api/play/walls.bin${which}`), json_of(`/api/play/walls.json${which}`)]);
   return { affordances, navmesh, walls, walls_index, world_from_grid: affordances.world_from_grid };
 }
+
+// {revision: of the newest plan, 0: none, looked_at, finished, why_not}
+export const fetch_newest = () => json_of('/api/play/plan.json');
 
 export const fetch_frames = async () => (await json_of('/api/play/frames.json')).frames;
 

@@ -56,6 +56,11 @@ export class PlayPanel {
     if (!shown) this.stop_playing();
   }
 
+  close() {
+    this.shown = false;
+    this.#root.replaceChildren();
+  }
+
   say(text) {
     set_text(this.#hint, text);
   }

@@ -3,7 +3,7 @@
 //
 // The surface of the map as something solid: things stand on it, and insects are set down on it. Parts of it are handed to the
 // physics when something is near them.
-import { Box3, Vector3 } from 'three';
+import { Box3, Quaternion, Vector3 } from 'three';
 import { Physics } from './physics.js';
 
 const kAround_m = 0.9;
@@ -44,6 +44,18 @@ export class SolidWorld {
     if (this.#kinds.every((kind) => kind === null)) return;
     this.#physics.walkers(people, kWalker_m);
     this.#physics.step(passed_s);
+  }
+
+  destroy() {
+    this.#physics.destroy();
+  }
+
+  // After `to_map` was changed: `moved` is from the frame so far. Things stay where they are in the map, on its surface of now, or fall.
+  renew(moved) {
+    const [by, turn] = [new Vector3(), new Quaternion()];
+    moved.decompose(by, turn, new Vector3());
+    this.#physics.move(turn.toArray(), by.toArray());
+    for (const { place } of this.things) this.#make_solid(place);
   }
 
   // {key, kind, place, turn, asleep} of each.
