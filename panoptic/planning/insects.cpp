@@ -79,11 +79,11 @@ class WallSurface {
 
 // A wall with what insects need of it.
 struct CrawledWall {
-  CrawledWall(std::size_t place, const WallMesh& wall, const SurfaceByBlock& surface, const UpFrame& frame)
+  CrawledWall(std::size_t place, const WallMesh& wall, const SurfaceByBlock& samples, const UpFrame& frame)
       : number(place),
         mesh(wall.mesh),
         places(wall.mesh),
-        surface(wall.wall_from_grid * frame.grid_from_world, surface),
+        surface(wall.wall_from_grid * frame.grid_from_world, samples),
         grid_from_wall(wall.wall_from_grid.inverse()) {}
 
   std::size_t number;
