@@ -3,7 +3,6 @@
 #include "apps/viewer/live_map.h"
 
 #include <algorithm>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <memory>
 #include <utility>
 
@@ -30,7 +31,7 @@ void LivePlan::renew() {
     const LiveMap live = live_map(*snapshot, scene_);
     Made made{snapshot->revision, scene_plan(live.map, live.surface, {}, snapshot->up.cast<double>())};
     before_ = std::exchange(newest_, std::move(made));
-  } catch (const Error& e) {
+  } catch (const std::exception& e) {
     why_not_ = e.what();
   }
   took_s_ = since_->seconds();

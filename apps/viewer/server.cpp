@@ -299,7 +299,7 @@ void ViewerServer::State::stream_events(httplib::Response& response) {
       [this](bool) { end_stream(); });
 }
 
-// After the last browser left nothing is kept for it.
+// After the last browser left the surface is not kept for it any longer.
 void ViewerServer::State::end_stream() {
   const std::lock_guard lock(mutex);
   if (--streams == 0) content.forget();

@@ -21,7 +21,7 @@ constexpr int kFreeAround = 12;         // of the 27 cells around a point: what 
 constexpr int kSideBySide = 6;          // of the 8 samples around one: borders between near and far smear into free space
 constexpr double kLeastArea_m2 = 0.02;  // two hands
 constexpr double kGrowth_m = 0.3;       // what stands in free space reaches this far into the rest: feet near the floor
-constexpr double kMargin_m = 0.1;       // around a mask, or the place where something is expected
+constexpr double kMargin_m = 0.1;       // around a mask
 constexpr float kFramesOfSurface = 10;  // a walker has gone by after as many
 constexpr std::uint16_t kFarSteps = 65535;
 
@@ -79,7 +79,7 @@ bool is_surface(const VoxelMap& map, const Vec3d& point_m, float z_m, float fram
 }
 
 bool contains(const MovingThing& box, const Vec3d& point_m) {
-  return ((point_m - box.min_m).array() > -kMargin_m).all() && ((box.max_m - point_m).array() > -kMargin_m).all();
+  return ((point_m - box.min_m).array() > 0).all() && ((box.max_m - point_m).array() > 0).all();
 }
 
 }  // namespace
@@ -103,19 +103,23 @@ const MovingSight& MotionMask::take_out(const Frame& frame, const Segmentation& 
     thing_of_segment_[s] = static_cast<std::uint16_t>(sight_.things.size());
   }
   const bool sees_motion = options_.points && !map.free_space.empty();
-  const bool expects = options_.classes && segmentation.segment_at.empty() && !expected.empty();
+  const bool expects = options_.classes && !expected.empty();
   if (sight_.things.empty() && !sees_motion && !expects) return sight_;
 
   const FrameView view = depth_view(frame, registered);
   sample(view);
   if (!sight_.things.empty()) mark_classes(view, map.voxels, registered);
+  first_guess_ = sight_.things.size();
   if (expects) mark_expected(view, map.voxels, expected);
+  end_of_guesses_ = sight_.things.size();
   if (sees_motion) mark_motion(view, map.free_space);
   if (sight_.things.empty()) return sight_;
   class_of_.clear();
   for (const MovingThing& thing : sight_.things) class_of_.push_back(thing.class_id);
   grow(view, map.voxels);
   measure(view, map.free_space.cell_size_m());
+  for (std::size_t n = first_guess_; n < end_of_guesses_; ++n) sight_.things[n].class_id = ClassId::kUnknown;
+  std::erase_if(sight_.things, [](const MovingThing& thing) { return thing.pixels == 0; });
   take_pixels(view, map.voxels, registered);
   return sight_;
 }
@@ -157,16 +161,29 @@ void MotionMask::mark_classes(const FrameView& view, const VoxelMap& map, const 
   }
 }
 
-// No network has seen this frame: whatever is where a person must be by now, and no surface of the map, is that person.
-void MotionMask::mark_expected(const FrameView& view, const VoxelMap& map, std::span<const MovingThing> expected) {
-  const std::size_t before = sight_.things.size();
-  for (const MovingThing& thing : expected) sight_.things.push_back({.class_id = thing.class_id});
+// A mask of a mobile class has a part in the box.
+bool MotionMask::was_found(const FrameView& view, const MovingThing& expected) const {
   for (std::size_t i = 0; i < grid_.size(); ++i) {
-    if (!(grid_.depth[i] > 0)) continue;
+    if (grid_.thing[i] != 0 && grid_.depth[i] > 0 && contains(expected, place_m(view, i))) return true;
+  }
+  return false;
+}
+
+// No network has seen this frame, or it missed whom those before showed: whatever is where a person must be by now, and no
+// surface of the map, is that person.
+void MotionMask::mark_expected(const FrameView& view, const VoxelMap& map, std::span<const MovingThing> expected) {
+  std::vector<MovingThing> missed;
+  for (const MovingThing& thing : expected) {
+    if (!was_found(view, thing)) missed.push_back(thing);
+  }
+  const std::size_t before = sight_.things.size();
+  for (const MovingThing& thing : missed) sight_.things.push_back({.class_id = thing.class_id});
+  for (std::size_t i = 0; i < grid_.size() && !missed.empty(); ++i) {
+    if (!(grid_.depth[i] > 0) || grid_.thing[i] != 0) continue;
     const Vec3d point = place_m(view, i);
-    const auto box = std::find_if(expected.begin(), expected.end(), [&](const MovingThing& e) { return contains(e, point); });
-    if (box == expected.end() || is_surface(map, point, grid_.depth[i], 1)) continue;
-    grid_.thing[i] = static_cast<std::uint16_t>(before + static_cast<std::size_t>(box - expected.begin()) + 1);
+    const auto box = std::find_if(missed.begin(), missed.end(), [&](const MovingThing& e) { return contains(e, point); });
+    if (box == missed.end() || is_surface(map, point, grid_.depth[i], 1)) continue;
+    grid_.thing[i] = static_cast<std::uint16_t>(before + static_cast<std::size_t>(box - missed.begin()) + 1);
   }
 }
 
@@ -243,7 +260,7 @@ void MotionMask::grow(const FrameView& view, const VoxelMap& map) {
   for (std::size_t n = 0; n < queue_.size(); ++n) {
     const std::size_t i = queue_[n];
     const float z = grid_.depth[i];
-    if (!(z > 0)) continue;
+    if (!(z > 0) || is_guess(grid_.thing[i])) continue;
     const ClassId class_id = sight_.things[grid_.thing[i] - 1U].class_id;
     const double farthest = (class_id != ClassId::kUnknown ? kMargin_m : kGrowth_m) * view.camera.fx / (double{z} * grid_.stride);
     if (steps_[i] + 1 > farthest) continue;
@@ -262,7 +279,7 @@ void MotionMask::grow(const FrameView& view, const VoxelMap& map) {
   }
 }
 
-// The boxes of things; those of which no sample is left are none.
+// The boxes of things; those of which no sample is left have no pixels.
 void MotionMask::measure(const FrameView& view, float cell_m) {
   constexpr double kFar = std::numeric_limits<double>::max();
   for (MovingThing& thing : sight_.things) thing.min_m = -(thing.max_m = Vec3d::Constant(-kFar));
@@ -277,7 +294,6 @@ void MotionMask::measure(const FrameView& view, float cell_m) {
   }
   std::sort(sight_.cells.begin(), sight_.cells.end());
   sight_.cells.erase(std::unique(sight_.cells.begin(), sight_.cells.end()), sight_.cells.end());
-  std::erase_if(sight_.things, [](const MovingThing& thing) { return thing.pixels == 0; });
 }
 
 void MotionMask::take_pixels(const FrameView& view, const VoxelMap& map, RegisteredFrame& registered) {

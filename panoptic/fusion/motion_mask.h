@@ -39,7 +39,7 @@ class MotionMask {
   explicit MotionMask(const MovingOptions& options) : options_(options) {}
 
   // Takes what moves out of the frame: its pixels, and those right around them, have no reading any more. `expected`: where
-  // things of mobile classes are thought to be, for frames without a prediction.
+  // things of mobile classes are thought to be; those that have no mask in this frame have no class in what is returned.
   const MovingSight& take_out(const Frame& frame, const Segmentation& segmentation, const PanopticMap& map,
                               std::span<const MovingThing> expected, RegisteredFrame& registered);
 
@@ -59,11 +59,13 @@ class MotionMask {
 
   void sample(const FrameView& view);
   void mark_classes(const FrameView& view, const VoxelMap& map, const RegisteredFrame& registered);
+  bool was_found(const FrameView& view, const MovingThing& expected) const;
   void mark_expected(const FrameView& view, const VoxelMap& map, std::span<const MovingThing> expected);
   void mark_motion(const FrameView& view, const FreeSpaceMap& space);
   void gather_region(std::size_t seed, const std::vector<std::uint8_t>& seeds, std::vector<std::size_t>& region) const;
   void grow(const FrameView& view, const VoxelMap& map);
   void take_pixels(const FrameView& view, const VoxelMap& map, RegisteredFrame& registered);
+  bool is_guess(std::uint16_t thing) const { return thing > first_guess_ && thing <= end_of_guesses_; }
   std::uint16_t thing_near(int x, int y, float z_m) const;
   void take_block(int x, int y, const FrameView& view, const VoxelMap& map, RegisteredFrame& registered);
   void measure(const FrameView& view, float cell_m);
@@ -73,7 +75,9 @@ class MotionMask {
   Grid grid_;
   std::vector<std::uint16_t> thing_of_segment_;  // by segment: 1 + index of a thing, or 0
   std::vector<ClassId> class_of_;                // by thing, before those without a sample are left out
-  std::vector<std::uint8_t> in_free_;            // per sample
+  std::size_t first_guess_ = 0;                  // things from here on are where some are thought to be
+  std::size_t end_of_guesses_ = 0;
+  std::vector<std::uint8_t> in_free_;  // per sample
   std::vector<std::size_t> queue_;
   std::vector<std::uint16_t> steps_;
   MovingSight sight_;

@@ -18,7 +18,8 @@ namespace panoptic {
 struct MovingState {
   struct Followed {
     MovingTrack track;
-    std::map<ClassId, std::uint64_t> named;  // by how many frames; not by those that saw its motion alone
+    // In how many frames networks named it so; kUnknown: they looked, and did not see it.
+    std::map<ClassId, std::uint64_t> named;
   };
   std::vector<Followed> followed;  // ascending by id
   std::uint32_t next_id = 1;

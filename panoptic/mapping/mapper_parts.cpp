@@ -80,7 +80,8 @@ Outcome MapperParts::add_geometry(const Frame& frame) {
 
 Outcome MapperParts::add_labels(const Frame& given, const Segmentation& segmentation) {
   StageTimer timer(profile_);
-  const Frame frame = as_mapped(given);
+  Frame frame = given;
+  frame.world_from_camera = pose_of(given);
   const Accepted accepted = accept(frame, segmentation, timer, "register labels");
   if (accepted.registered == nullptr) return accepted.outcome;
   const FrameToLabel to_label{frame, segmentation, *accepted.registered};
@@ -106,8 +107,9 @@ MapperParts::Accepted MapperParts::accept(const Frame& frame, const Segmentation
                                              : Outcome::refused("no depth reading between depth.min_m and depth.max_m");
   if (!accepted.outcome.used) return accepted;
   timer.done(stage);
-  moving_ = &motion_mask_.take_out(frame, segmentation, map_, moving_tracks_.expected(frame.time_s), registered);
-  moving_tracks_.add(moving_->things, frame.index, frame.time_s);
+  const bool looked = !segmentation.segment_at.empty();
+  moving_ = &motion_mask_.take_out(frame, segmentation, map_, moving_tracks_.expected(frame.time_s, looked), registered);
+  moving_tracks_.add(moving_->things, frame.index, frame.time_s, looked);
   timer.done("moving");
   accepted.registered = &registered;
   return accepted;
@@ -182,11 +184,9 @@ void MapperParts::count_frame(const Frame& frame) {
   log_.add(frame);
 }
 
-// The frame with the pose that the map has of it now: it may have been corrected since its geometry was added.
-Frame MapperParts::as_mapped(Frame frame) const {
+Pose MapperParts::pose_of(const Frame& frame) const {
   const auto n = times_anew_ > 0 && !log_.has_doubles() ? log_.find(frame.index) : std::nullopt;
-  if (n) frame.world_from_camera = log_.entries()[*n].world_from_camera;
-  return frame;
+  return n ? log_.entries()[*n].world_from_camera : frame.world_from_camera;
 }
 
 void MapperParts::count_labels(const Frame& frame, const Segmentation& segmentation) {

@@ -92,6 +92,8 @@ class MapperParts {
   void fuse(MapAnew& anew, const ReadFrame& read) const;
   void take_over(MapAnew& anew);
   void settle();
+  // Where the map has the camera of a frame: since it was handed over, its pose may have been corrected.
+  Pose pose_of(const Frame& frame) const;
   // How often the map was made anew: blocks have other slots since the last time.
   std::uint64_t times_anew() const { return times_anew_; }
   const FrameLog& log() const { return log_; }
@@ -166,7 +168,6 @@ class MapperParts {
   void find_gone();
   void check_memory() const;
   void count_frame(const Frame& frame);
-  Frame as_mapped(Frame frame) const;
   void count_labels(const Frame& frame, const Segmentation& segmentation);
   void log_labels(const Frame& frame, const Segmentation& segmentation);
   FrameLog corrected_log(std::span<const PoseUpdate> poses, Correction& correction) const;

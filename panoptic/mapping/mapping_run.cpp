@@ -182,13 +182,16 @@ class PlayedRun {
   }
   // Hands each correction over behind the frame that it comes after.
   void play_to(OnlinePipeline& pipeline, double speed) {
+    std::size_t seen = 0;
+    const auto look = [&](std::size_t done) {
+      seen = done;
+      if (!run_.go_on(done)) pipeline.stop(kInterrupted);
+    };
     PoseCorrector corrector(run_, [&](std::span<const PoseUpdate> poses) {
+      look(seen);  // the queue may be full of corrections, which take long
       pipeline.update_poses({poses.begin(), poses.end()});
     });
     std::optional<std::int64_t> before;
-    const auto look = [&](std::size_t done) {
-      if (!run_.go_on(done)) pipeline.stop(kInterrupted);
-    };
     const auto comes = [&](const ReadResult& read, std::size_t position) {
       const std::int64_t frame = read.frame ? read.frame->index : read.skipped.index;
       note(read, frame, position);

@@ -54,6 +54,7 @@ struct OnlinePipeline::Inside {
   void end_stages();
   bool take(Frame frame, bool when_free);
 
+  const LabelSet labels;  // of the map, which changes places while it is corrected
   LatestSnapshot unseen;  // where nobody looks on
   LatestSnapshot& latest;
   SharedRun run;
@@ -62,7 +63,8 @@ struct OnlinePipeline::Inside {
 };
 
 OnlinePipeline::Inside::Inside(const Parts& parts, const OnlineOptions& options)
-    : latest(parts.latest != nullptr ? *parts.latest : unseen),
+    : labels(parts.mapper.map().labels),
+      latest(parts.latest != nullptr ? *parts.latest : unseen),
       run{.parts = parts,
           .options = options,
           .halves = parts.predictor != nullptr ? parts.predictor->halves() : std::nullopt,
@@ -134,9 +136,7 @@ void OnlinePipeline::skip(const SkippedFrame& frame) {
   run.counters.unreadable();
 }
 
-PublishedMap OnlinePipeline::published() const {
-  return published_map(*inside_->latest.newest(), inside_->run.parts.mapper.map().labels);
-}
+PublishedMap OnlinePipeline::published() const { return published_map(*inside_->latest.newest(), inside_->labels); }
 
 void OnlinePipeline::stop(const std::string& why) { inside_->run.control.stop(why); }
 bool OnlinePipeline::stopped() const { return inside_->run.control.stopped(); }

@@ -125,9 +125,11 @@ void fuse_labels(SharedRun& run, const FusionJob& job) {
   if (frame == nullptr) return;
   {
     const std::lock_guard lock(run.mapper_mutex);
-    if (!run.parts.mapper.add_labels(*frame, *job.segmentation).used) return;
-    if (run.parts.recorder != nullptr) run.parts.recorder->labelled(*frame, job.arrived->position);
-    run.publisher.labelled({frame, job.segmentation, run.parts.mapper.segment_ids()});
+    Mapper& mapper = run.parts.mapper;
+    if (!mapper.add_labels(*frame, *job.segmentation).used) return;
+    if (run.parts.recorder != nullptr)
+      run.parts.recorder->labelled(*frame, mapper.parts().pose_of(*frame), job.arrived->position);
+    run.publisher.labelled({frame, job.segmentation, mapper.segment_ids()});
   }
   run.counters.labelled(job.arrived->read_at);
 }
@@ -155,7 +157,8 @@ Segmentation predict(SharedRun& run, const SharedFrame& arrived) {
 
 // Tile by tile: mapping pauses only while one is copied or written. A map that is being fused anew is regularized with it.
 void regularize(SharedRun& run) {
-  const std::lock_guard regularizing(run.regularizing);
+  const std::unique_lock regularizing(run.regularizing, std::try_to_lock);
+  if (!regularizing.owns_lock()) return;
   std::vector<std::vector<Slot>> tiles;
   {
     const std::lock_guard lock(run.mapper_mutex);

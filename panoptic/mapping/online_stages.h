@@ -53,7 +53,9 @@ struct SharedRun {
   const OnlineOptions options;
   const std::optional<PredictorHalves> halves;  // of the predictor
 
-  FairMutex mapper_mutex;                                        // guards mapper and recorder, and these two
+  // Guards mapper and recorder, and these two. Only fusion and the regularizer write to the mapper, so fusion may read it
+  // without.
+  FairMutex mapper_mutex;
   SnapshotPublisher publisher;                                   // but for publish
   std::vector<RunControl::Clock::time_point> fused_unseen = {};  // read times of the frames that no snapshot shows yet
 

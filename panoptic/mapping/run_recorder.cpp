@@ -29,9 +29,10 @@ void RunRecorder::not_given(FrameRecord record) {
   if (checkpoints_ != nullptr) checkpoints_->note(std::move(record));
 }
 
-void RunRecorder::labelled(const Frame& frame, std::int64_t position) {
+void RunRecorder::labelled(const Frame& frame, const Pose& world_from_camera, std::int64_t position) {
   if (checkpoints_ == nullptr) return;
   FrameRecord record = record_of(frame, true, {});
+  record.world_from_camera = world_from_camera;
   record.position = position;
   checkpoints_->correct(std::move(record));
 }

@@ -22,8 +22,8 @@ class RunRecorder {
   // Returns the position in the map file, for `labelled`; 0 where none is kept.
   std::int64_t frame(const Frame& frame, bool labelled, const Outcome& outcome);
   void not_given(FrameRecord record);
-  // The labels of a frame came later than its geometry.
-  void labelled(const Frame& frame, std::int64_t position);
+  // The labels of a frame came later than its geometry; the pose is that which the map has of it by now.
+  void labelled(const Frame& frame, const Pose& world_from_camera, std::int64_t position);
   // Between frames: begins a checkpoint if it is time.
   void save_if_due(Mapper& mapper);
 

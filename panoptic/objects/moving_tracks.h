@@ -25,11 +25,12 @@ class MovingTracks {
   explicit MovingTracks(MovingState state) : state_(std::move(state)) {}
   const MovingState& state() const { return state_; }
 
-  // Adds the things of a frame. The last one may come again, with names for its things; one from before it begins tracks of its
-  // own.
-  void add(std::span<const MovingThing> things, std::int64_t frame, double time_s);
+  // Adds the things of a frame. `looked`: a network did, and knows nothing of those without a class. The last frame may come
+  // again, with names for its things; one from before it begins tracks of its own.
+  void add(std::span<const MovingThing> things, std::int64_t frame, double time_s, bool looked);
   // Where things with a class are thought to be at that time: where they were last seen, and as far around as they can have gone.
-  std::vector<MovingThing> expected(double time_s) const;
+  // `looked`: at the last place alone, and without those of which networks that looked have mostly seen nothing.
+  std::vector<MovingThing> expected(double time_s, bool looked) const;
   // Those that were seen in three frames or more, ascending by id.
   std::vector<MovingTrack> tracks() const;
 
@@ -41,7 +42,7 @@ class MovingTracks {
   };
 
   std::vector<Match> matches(std::span<const MovingThing> things, double time_s) const;
-  void put(const MovingThing& thing, std::int64_t frame, double time_s, MovingState::Followed& into) const;
+  static void put(const MovingThing& thing, std::int64_t frame, double time_s, bool looked, MovingState::Followed& into);
   void forget_oldest();
 
   MovingState state_;

@@ -225,8 +225,8 @@ void check(const AgentOptions& agents) {
   const int all = agents.count + agents.insects;
   const double most_s = kMostTogether_s / all;
   if (agents.seconds > 0 && agents.seconds <= most_s) return;
-  throw Error(fmt::format("{} agents for {} s: it takes more than 0, and at most {:g} s for so many", all, agents.seconds,
-                          std::floor(most_s)));
+  throw Error(fmt::format("{} agents and insects for {} s: it takes more than 0, and at most {:g} s for so many", all,
+                          agents.seconds, std::floor(most_s)));
 }
 
 PlanSummary write_plan(const std::filesystem::path& folder, const PanopticMap& map, const PlanOptions& options,

@@ -147,13 +147,35 @@ TEST(MotionMask, FindsPeopleWhereNoNetworkLooked) {
   const std::vector<MovingThing> expected = {{ClassId{4}, kBall - reach, kBall + reach, 0}};
   const Taken taken = take_out(seen(true, 7), empty, {}, expected);
   ASSERT_EQ(taken.sight.things.size(), 1U);
-  EXPECT_EQ(taken.sight.things[0].class_id, ClassId{4});
+  EXPECT_EQ(taken.sight.things[0].class_id, ClassId::kUnknown) << "no network said so in this frame";
   const std::vector<bool> ball = ball_pixels(7);
   for (std::size_t p = 0; p < ball.size(); ++p) {
     if (ball[p]) {
       EXPECT_EQ(taken.registered.depth[p], 0);
     }
   }
+}
+
+TEST(MotionMask, FindsPeopleWhomANetworkMissed) {
+  PanopticMap empty(MapOptions{}, labels_with_people());
+  const Vec3d reach = Vec3d::Constant(kRadius_m);
+  const std::vector<MovingThing> expected = {{ClassId{4}, kBall - reach, kBall + reach, 0}};
+  const Frame frame = seen(true, 7);
+  Segmentation segmentation{Image<std::uint16_t>(frame.depth.width(), frame.depth.height()), {{ClassId{4}, 0.9F, {}}}};
+  const Taken missed = take_out(frame, empty, segmentation, expected);
+  ASSERT_EQ(missed.sight.things.size(), 1U);
+  EXPECT_EQ(missed.sight.things[0].class_id, ClassId::kUnknown) << "no network said so in this frame";
+  EXPECT_TRUE(missed.sight.cells.empty()) << "a person who stays is no furniture";
+  const std::vector<bool> ball = ball_pixels(7);
+  for (std::size_t p = 0; p < ball.size(); ++p) {
+    if (ball[p]) {
+      EXPECT_EQ(missed.registered.depth[p], 0);
+    }
+  }
+  for (std::size_t p = 0; p < ball.size(); ++p) segmentation.segment_at.data()[p] = ball[p] ? 1 : 0;
+  const Taken found = take_out(frame, empty, segmentation, expected);
+  ASSERT_EQ(found.sight.things.size(), 1U) << "once is enough";
+  EXPECT_EQ(found.sight.things[0].class_id, ClassId{4});
 }
 
 // A curtain in a draught, and one in the wind.

@@ -5,10 +5,13 @@
 #include "apps/viewer/live_plan.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <tuple>
 
 #include "apps/viewer/live_map.h"
 #include "panoptic/planning/surface_samples.h"
+#include "panoptic/profile.h"
 #include "tests/viewer/server_fixture.h"
 
 namespace panoptic {
@@ -55,13 +58,17 @@ class ServedLivePlan : public test::Served {
 
 TEST_F(ServedLivePlan, GivesTheNewestPlanByItsRevisionAndTheOneBefore) {
   EXPECT_EQ(json("/api/scene")["grows"], true);
+  const Stopwatch since;
   const Json first = json("/api/play/plan.json");
   EXPECT_EQ(first["revision"], 1);
   EXPECT_EQ(first["why_not"], "");
   latest_.publish(world_.snapshot());
-  EXPECT_EQ(json("/api/play/plan.json")["revision"], 1) << "planned again within a second";
-  std::this_thread::sleep_for(std::chrono::milliseconds(1000));
-  const Json second = json("/api/play/plan.json");
+  Json second = json("/api/play/plan.json");
+  while (second["revision"] == 1 && since.seconds() < 120) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    second = json("/api/play/plan.json");
+  }
+  EXPECT_GE(since.seconds(), 0.9) << "planned again within a second";
   EXPECT_EQ(second["revision"], 2);
   EXPECT_EQ(second["looked_at"], 2);
   for (const char* revision : {"1", "2"}) {

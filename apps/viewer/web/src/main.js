@@ -218,6 +218,7 @@ class Page {
   #show_play() {
     const shown = this.#wants_play;
     if (this.#play && this.#play.active !== shown) this.#play.show(shown);
+    if (shown && this.#state) this.#play?.renew(this.#state.revision);  // it may have come while Play was opening
     document.body.classList.toggle('playing', shown);
     if (shown) this.#select(0);
     if (shown) this.#look_back.to_now();
@@ -230,6 +231,7 @@ class Page {
     this.#show_play();
     this.#play?.close();
     this.#play = null;
+    globalThis.panoptic_play = null;
   }
 
   async #toggle_distances() {

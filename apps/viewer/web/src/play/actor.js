@@ -141,6 +141,9 @@ export class Actor {
   // Where a seat or bed was that is gone.
   #left(goal, carry) {
     const left = { ...goal, spot: this.#foothold(carry.place(goal.spot)), at: below(carry.place(goal.at)), facing: carry.heading(goal.facing) };
+    for (const kind of ['seat', 'bed']) {
+      if (goal[kind]) left[kind] = { ...goal[kind], at: carry.place(goal[kind].at) };
+    }
     if (goal.kind === 'bed') Object.assign(left, { lying_at: below(carry.place(goal.lying_at)), lying_heading: carry.heading(goal.lying_heading) });
     return left;
   }
