@@ -108,7 +108,11 @@ const MovingSight& MotionMask::take_out(const Frame& frame, const Segmentation& 
 
   const FrameView view = depth_view(frame, registered);
   sample(view);
-  if (!sight_.things.empty()) mark_classes(view, map.voxels, registered);
+  is_behind_.assign(grid_.size(), 0);
+  if (!sight_.things.empty()) {
+    mark_classes(view, map.voxels, registered);
+    find_backgrounds();
+  }
   first_guess_ = sight_.things.size();
   if (expects) mark_expected(view, map.voxels, expected);
   end_of_guesses_ = sight_.things.size();
@@ -157,6 +161,53 @@ void MotionMask::mark_classes(const FrameView& view, const VoxelMap& map, const 
       if (segment == 0 || segment > thing_of_segment_.size() || thing_of_segment_[segment - 1U] == 0) continue;
       const std::size_t i = grid_.index(x, y);
       if (!is_surface(map, place_m(view, i), grid_.depth[i], 1)) grid_.thing[i] = thing_of_segment_[segment - 1U];
+    }
+  }
+}
+
+// Masks reach over the edge of a thing to what is behind it: parts that do not hang together with the main one, and lie deeper
+// than all of it. They are no part of the thing, but nobody knows what else they are.
+void MotionMask::find_backgrounds() {
+  struct Part {
+    std::size_t first = 0;  // in queue_
+    std::size_t end = 0;
+    float nearest_m = 0;
+    float farthest_m = 0;
+    double area = 0;  // what it would fill at 1 m
+  };
+  is_behind_.assign(grid_.size(), 0);
+  std::vector<std::vector<Part>> parts(sight_.things.size());
+  std::vector<bool> taken(grid_.size(), false);
+  queue_.clear();
+  for (std::size_t i = 0; i < grid_.size(); ++i) {
+    const std::uint16_t thing = grid_.thing[i];
+    if (thing == 0 || taken[i] || !(grid_.depth[i] > 0)) continue;
+    Part part{queue_.size(), 0, grid_.depth[i], grid_.depth[i], 0};
+    taken[i] = true;
+    queue_.push_back(i);
+    for (std::size_t n = part.first; n < queue_.size(); ++n) {
+      const float z = grid_.depth[queue_[n]];
+      part.nearest_m = std::min(part.nearest_m, z);
+      part.farthest_m = std::max(part.farthest_m, z);
+      part.area += double{z} * z;
+      for_each_beside(queue_[n], [&](std::size_t next) {
+        if (grid_.thing[next] != thing || taken[next] || std::abs(grid_.depth[next] - z) > step_m(z)) return;
+        taken[next] = true;
+        queue_.push_back(next);
+      });
+    }
+    part.end = queue_.size();
+    parts[thing - 1U].push_back(part);
+  }
+  for (const std::vector<Part>& of_thing : parts) {
+    const auto main =
+        std::max_element(of_thing.begin(), of_thing.end(), [](const Part& a, const Part& b) { return a.area < b.area; });
+    for (const Part& part : of_thing) {
+      if (part.nearest_m <= main->farthest_m) continue;
+      for (std::size_t n = part.first; n < part.end; ++n) {
+        is_behind_[queue_[n]] = 1;
+        grid_.thing[queue_[n]] = 0;
+      }
     }
   }
 }
@@ -264,18 +315,14 @@ void MotionMask::grow(const FrameView& view, const VoxelMap& map) {
     const ClassId class_id = sight_.things[grid_.thing[i] - 1U].class_id;
     const double farthest = (class_id != ClassId::kUnknown ? kMargin_m : kGrowth_m) * view.camera.fx / (double{z} * grid_.stride);
     if (steps_[i] + 1 > farthest) continue;
-    const auto x = static_cast<int>(i % static_cast<std::size_t>(grid_.width));
-    const auto y = static_cast<int>(i / static_cast<std::size_t>(grid_.width));
-    for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
-      if (x + dx < 0 || y + dy < 0 || x + dx >= grid_.width || y + dy >= grid_.height) continue;
-      const std::size_t next = grid_.index(x + dx, y + dy);
+    for_each_beside(i, [&](std::size_t next) {
       const float depth = grid_.depth[next];
-      if (grid_.thing[next] != 0 || !(depth > 0) || std::abs(depth - z) > step_m(z)) continue;
-      if (is_surface(map, place_m(view, next), depth, frames_of_surface(class_id))) continue;
+      if (grid_.thing[next] != 0 || !(depth > 0) || std::abs(depth - z) > step_m(z)) return;
+      if (is_surface(map, place_m(view, next), depth, frames_of_surface(class_id))) return;
       grid_.thing[next] = grid_.thing[i];
       steps_[next] = static_cast<std::uint16_t>(steps_[i] + 1);
       queue_.push_back(next);
-    }
+    });
   }
 }
 
@@ -301,7 +348,13 @@ void MotionMask::take_pixels(const FrameView& view, const VoxelMap& map, Registe
   for (std::size_t i = 0; i < registered.pixel_count(); ++i) {
     const std::uint16_t segment = registered.segment[i];
     const bool is_mobile = segment != 0 && segment <= thing_of_segment_.size() && thing_of_segment_[segment - 1U] != 0;
-    if (is_mobile) sight_.mask[i] = 255;
+    if (!is_mobile) continue;
+    const auto x = static_cast<int>(i % static_cast<std::size_t>(registered.width)) / grid_.stride;
+    const auto y = static_cast<int>(i / static_cast<std::size_t>(registered.width)) / grid_.stride;
+    const std::size_t sample = grid_.index(x, y);
+    const bool is_of_block = is_behind_[sample] == 0 && grid_.thing[sample] == 0;  // it is of the map as well, say
+    if (is_of_block || thing_near(x, y, registered.depth[i]) != 0) sight_.mask[i] = 255;
+    registered.depth[i] = 0;
   }
   std::vector<std::uint8_t> around(grid_.size(), 0);
   for (const std::size_t i : queue_) {

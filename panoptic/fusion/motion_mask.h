@@ -59,6 +59,7 @@ class MotionMask {
 
   void sample(const FrameView& view);
   void mark_classes(const FrameView& view, const VoxelMap& map, const RegisteredFrame& registered);
+  void find_backgrounds();
   bool was_found(const FrameView& view, const MovingThing& expected) const;
   void mark_expected(const FrameView& view, const VoxelMap& map, std::span<const MovingThing> expected);
   void mark_motion(const FrameView& view, const FreeSpaceMap& space);
@@ -66,6 +67,15 @@ class MotionMask {
   void grow(const FrameView& view, const VoxelMap& map);
   void take_pixels(const FrameView& view, const VoxelMap& map, RegisteredFrame& registered);
   bool is_guess(std::uint16_t thing) const { return thing > first_guess_ && thing <= end_of_guesses_; }
+  // The four samples beside one, those that there are.
+  template <typename Visit>
+  void for_each_beside(std::size_t sample, const Visit& visit) const {
+    const auto width = static_cast<std::size_t>(grid_.width);
+    if (sample % width > 0) visit(sample - 1);
+    if (sample % width + 1 < width) visit(sample + 1);
+    if (sample >= width) visit(sample - width);
+    if (sample + width < grid_.size()) visit(sample + width);
+  }
   std::uint16_t thing_near(int x, int y, float z_m) const;
   void take_block(int x, int y, const FrameView& view, const VoxelMap& map, RegisteredFrame& registered);
   void measure(const FrameView& view, float cell_m);
@@ -77,7 +87,8 @@ class MotionMask {
   std::vector<ClassId> class_of_;                // by thing, before those without a sample are left out
   std::size_t first_guess_ = 0;                  // things from here on are where some are thought to be
   std::size_t end_of_guesses_ = 0;
-  std::vector<std::uint8_t> in_free_;  // per sample
+  std::vector<std::uint8_t> is_behind_;  // per sample: of a mask, but not of its thing
+  std::vector<std::uint8_t> in_free_;    // per sample
   std::vector<std::size_t> queue_;
   std::vector<std::uint16_t> steps_;
   MovingSight sight_;

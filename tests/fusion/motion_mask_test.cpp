@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -154,6 +155,39 @@ TEST(MotionMask, FindsPeopleWhereNoNetworkLooked) {
       EXPECT_EQ(taken.registered.depth[p], 0);
     }
   }
+}
+
+TEST(MotionMask, WhatAMaskShowsBehindAThingDoesNotMove) {
+  const PanopticMap empty(MapOptions{}, labels_with_people());
+  const Frame frame = seen(true, 7);
+  const std::vector<bool> ball = ball_pixels(7);
+  Segmentation segmentation{Image<std::uint16_t>(frame.depth.width(), frame.depth.height()), {{ClassId{4}, 0.9F, {}}}};
+  constexpr int kTooFar_px = 6;
+  for (int v = 0; v < frame.depth.height(); ++v) {
+    for (int u = 0; u < frame.depth.width(); ++u) {
+      const int from = std::max(u - kTooFar_px, 0);
+      const auto row = static_cast<std::size_t>(v) * static_cast<std::size_t>(frame.depth.width());
+      segmentation.segment_at(u, v) =
+          ball[row + static_cast<std::size_t>(u)] || ball[row + static_cast<std::size_t>(from)] ? 1 : 0;
+    }
+  }
+  const Taken taken = take_out(frame, empty, segmentation);
+  ASSERT_EQ(taken.sight.things.size(), 1U);
+  EXPECT_LT(taken.sight.things[0].max_m.z(), kBall.z() + kRadius_m) << "the wall is no part of it";
+  std::size_t wrong = 0;
+  std::size_t behind = 0;
+  for (std::size_t p = 0; p < ball.size(); ++p) {
+    if (segmentation.segment_at.data()[p] == 0) continue;
+    EXPECT_EQ(taken.registered.depth[p], 0) << "nobody knows what it is";
+    if (ball[p]) {
+      EXPECT_EQ(taken.sight.mask[p], 255);
+      continue;
+    }
+    ++behind;
+    wrong += taken.sight.mask[p] == 255 ? 1 : 0;
+  }
+  EXPECT_GT(behind, 100U);
+  EXPECT_LT(5 * wrong, behind) << "but right at the edge";
 }
 
 TEST(MotionMask, FindsPeopleWhomANetworkMissed) {
