@@ -222,11 +222,10 @@ void check(const AgentOptions& agents) {
   if (agents.insects < 0 || agents.insects > agent_rules::kMostAgents) {
     throw Error(fmt::format("{} insects: it takes 0 to {}", agents.insects, agent_rules::kMostAgents));
   }
-  const int all = agents.count + agents.insects;
-  const double most_s = kMostTogether_s / all;
+  const double most_s = kMostTogether_s / (agents.count + agents.insects);
   if (agents.seconds > 0 && agents.seconds <= most_s) return;
-  throw Error(fmt::format("{} agents and insects for {} s: it takes more than 0, and at most {:g} s for so many", all,
-                          agents.seconds, std::floor(most_s)));
+  throw Error(fmt::format("{} agents and {} insects for {} s: it takes more than 0, and at most {:g} s for so many", agents.count,
+                          agents.insects, agents.seconds, std::floor(most_s)));
 }
 
 PlanSummary write_plan(const std::filesystem::path& folder, const PanopticMap& map, const PlanOptions& options,

@@ -113,7 +113,7 @@ TEST(Agents, ForWhomThereIsNoRoomIsTold) {
 TEST(Agents, NumbersOutOfRangeAreRefused) {
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 0}); }), HasSubstr("0 agents: it takes 1 to 32"));
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 33}); }), HasSubstr("33 agents"));
-  EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .seconds = 0}); }), HasSubstr("5 agents for 0 s"));
+  EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .seconds = 0}); }), HasSubstr("5 agents and 0 insects for 0 s"));
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .seconds = std::nan("")}); }), HasSubstr("more than 0"));
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .seconds = 7201}); }), HasSubstr("at most 7200 s"));
   EXPECT_THAT(test::error_of([] { check(AgentOptions{.count = 5, .insects = 33}); }), HasSubstr("33 insects: it takes 0 to 32"));
