@@ -32,7 +32,7 @@ std::shared_ptr<const Frame> located(const SharedRun& run, const SharedFrame& ar
 Outcome locate(SharedRun& run, const ArrivedFrame& arrived) {
   const Stopwatch tracking;
   Frame frame = arrived.frame;
-  const Outcome outcome = run.parts.tracker->locate(frame, run.parts.mapper.map().voxels, std::nullopt);
+  Outcome outcome = run.parts.tracker->locate(frame, run.parts.mapper.map().voxels, std::nullopt);
   run.counters.took("locate", tracking);
   if (outcome.used) {
     arrived.located = std::make_shared<const Frame>(std::move(frame));
@@ -52,7 +52,7 @@ Outcome add_geometry(SharedRun& run, const SharedFrame& arrived) {
     if (Outcome outcome = locate(run, *arrived); !outcome.used) return outcome;
   }
   const std::shared_ptr<const Frame> frame = located(run, arrived);
-  const Outcome outcome = run.parts.mapper.add_geometry(*frame);
+  Outcome outcome = run.parts.mapper.add_geometry(*frame);
   record(run, *arrived, *frame, outcome);
   if (!outcome.used) return outcome;
   run.publisher.fused(frame);
@@ -63,8 +63,8 @@ Outcome add_geometry(SharedRun& run, const SharedFrame& arrived) {
 // Says that the map is being fused anew, as long as it lives.
 class Correcting {
  public:
-  explicit Correcting(std::atomic<bool>& is_correcting) : is_correcting_(is_correcting) { is_correcting_ = true; }
-  ~Correcting() { is_correcting_ = false; }
+  explicit Correcting(std::atomic<bool>& is_correcting) : is_correcting_(is_correcting) { is_correcting_.store(true); }
+  ~Correcting() { is_correcting_.store(false); }
   Correcting(const Correcting&) = delete;
   Correcting& operator=(const Correcting&) = delete;
 
