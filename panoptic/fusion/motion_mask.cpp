@@ -159,7 +159,6 @@ void MotionMask::find_backgrounds() {
     float farthest_m = 0;
     double area = 0;  // what it would fill at 1 m
   };
-  is_behind_.assign(grid_.size(), 0);
   std::vector<std::vector<Part>> parts(sight_.things.size());
   std::vector<bool> taken(grid_.size(), false);
   queue_.clear();

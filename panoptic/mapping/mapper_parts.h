@@ -92,7 +92,7 @@ class MapperParts {
   void fuse(MapAnew& anew, const ReadFrame& read) const;
   void take_over(MapAnew& anew);
   void settle();
-  // Where the map has the camera of a frame: since it was handed over, its pose may have been corrected.
+  // The pose that the map has of a frame: it may have been corrected since the frame was handed over.
   Pose pose_of(const Frame& frame) const;
   // How often the map was made anew: blocks have other slots since the last time.
   std::uint64_t times_anew() const { return times_anew_; }

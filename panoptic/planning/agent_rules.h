@@ -17,6 +17,9 @@ struct Range {
 };
 
 inline constexpr int kStepsPer_s = 60;
+inline constexpr double kStep_s = 1.0 / kStepsPer_s;
+inline constexpr int kStepsPerSample = 6;  // of where they are: ten a second
+static_assert(kStepsPerSample * 10 == kStepsPer_s);
 inline constexpr int kMostAgents = 32;
 inline constexpr std::array kHeights_m = {1.6, 1.68, 1.55, 1.64, 1.58, 1.66};  // of their bodies, in turn
 

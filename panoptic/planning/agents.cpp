@@ -17,10 +17,6 @@ namespace {
 
 namespace rules = agent_rules;
 
-constexpr int kStepsPerSample = 6;
-constexpr double kStep_s = 1.0 / rules::kStepsPer_s;
-static_assert(kStepsPerSample * 10 == rules::kStepsPer_s);
-
 double apart(const Vec3d& a, const Vec3d& b) { return (a - b).head<2>().norm(); }
 
 class Household {
@@ -53,15 +49,15 @@ class Household {
   void step() {
     for (Person& person : people_) decide(person);
     make_way();
-    crowd_.step(kStep_s);
+    crowd_.step(rules::kStep_s);
     for (Person& person : people_) {
       const AgentState before = person.agent.state();
-      person.agent.update(kStep_s);
+      person.agent.update(rules::kStep_s);
       AgentTotals& totals = person.track.totals;
       const AgentState now = person.agent.state();
       totals.seats += now != before && now == AgentState::kSitting ? 1 : 0;
       totals.beds += now != before && now == AgentState::kLying ? 1 : 0;
-      totals.stuck_s += person.agent.is_stuck() ? kStep_s : 0;
+      totals.stuck_s += person.agent.is_stuck() ? rules::kStep_s : 0;
     }
   }
 
@@ -108,7 +104,7 @@ class Household {
     Agent& agent = person.agent;
     const bool is_at_rest = agent.state() == AgentState::kSitting || agent.state() == AgentState::kLying;
     if (!is_at_rest && agent.state() != AgentState::kStanding) return;
-    person.wait_s -= kStep_s;
+    person.wait_s -= rules::kStep_s;
     if (person.wait_s > 0) return;
     person.wait_s = dice_.between(rules::kBored_s);
     if (is_at_rest) {
@@ -197,7 +193,7 @@ AgentsRun let_live(const RecastMesh& mesh, const HomePlan& home, const AgentSize
   const auto steps = static_cast<int>(std::floor(options.seconds * rules::kStepsPer_s + 1e-6));
   for (int i = 0; i <= steps; ++i) {
     if (i > 0) household.step();
-    if (i % kStepsPerSample == 0) household.note_samples(i * kStep_s);
+    if (i % rules::kStepsPerSample == 0) household.note_samples(i * rules::kStep_s);
   }
   run.agents = household.tracks();
   return run;

@@ -18,10 +18,6 @@ namespace {
 
 namespace rules = agent_rules;
 
-constexpr double kStep_s = 1.0 / rules::kStepsPer_s;
-constexpr int kStepsPerSample = 6;
-static_assert(kStepsPerSample * 10 == rules::kStepsPer_s);
-
 // The surface near a wall, by place in the wall's frame: its navigation mesh is near it, insects are on it.
 class WallSurface {
  public:
@@ -106,13 +102,13 @@ class Insect {
         speed_m_s_(dice.between(rules::kInsectSpeed_m_s)) {}
 
   void update() {
-    rest_s_ -= kStep_s;
+    rest_s_ -= rules::kStep_s;
     if (rest_s_ > 0) return;
     if (corners_.empty()) return choose();
     const Vec3d way = corners_.front() - place_;
     const double left_m = way.norm();
     if (left_m > kThere_m && !turn(std::atan2(way.y(), way.x()))) return;
-    const double step_m = std::min(left_m, speed_m_s_ * kStep_s);
+    const double step_m = std::min(left_m, speed_m_s_ * rules::kStep_s);
     if (left_m > 0) place_ += way * (step_m / left_m);
     crawled_m_ += step_m;
     if (left_m - step_m > kThere_m) return;
@@ -145,7 +141,7 @@ class Insect {
   // False while it is too far off its way to go on.
   bool turn(double wanted_rad) {
     const double off = wrapped(wanted_rad - heading_rad_);
-    const double most = rules::kInsectTurn_rad_s * kStep_s;
+    const double most = rules::kInsectTurn_rad_s * rules::kStep_s;
     heading_rad_ = wrapped(heading_rad_ + std::clamp(off, -most, most));
     return std::abs(off) - most <= rules::kInsectTurnsFirst_rad;
   }
@@ -184,7 +180,7 @@ std::vector<InsectTrack> let_crawl(const std::vector<WallMesh>& walls, const Sur
   for (int step = 0; step <= steps; ++step) {
     for (std::size_t i = 0; i < insects.size(); ++i) {
       if (step > 0) insects[i].update();
-      if (step % kStepsPerSample == 0) insects[i].note_sample(step * kStep_s, tracks[i]);
+      if (step % rules::kStepsPerSample == 0) insects[i].note_sample(step * rules::kStep_s, tracks[i]);
     }
   }
   return tracks;

@@ -137,16 +137,28 @@ class LabelsOneFrameLate final : public Predictor {
   std::atomic<bool> may_go_on_ = false;
 };
 
+// Saves after every frame.
+struct SavedRun {
+  SavedRun(Predictor* predictor, ReadFrame read) : following(predictor, std::move(read), &recorder) {}
+
+  std::filesystem::path path = test::fresh_folder() / "map.panoptic";
+  Mapper empty{FollowingRun::options(), test::test_labels()};
+  Checkpoints checkpoints{{.path = path, .every_s = 0}, identity_online(), empty};
+  RunRecorder recorder{&checkpoints};
+  FollowingRun following;
+
+  static RunIdentity identity_online() {
+    RunIdentity online = identity();
+    online.options = FollowingRun::options();
+    online.online = true;
+    return online;
+  }
+};
+
 TEST(OnlineCorrection, LateLabelsLeaveTheCorrectedPoseInTheMapFile) {
-  const auto path = test::fresh_folder() / "map.panoptic";
-  RunIdentity online = identity();
-  online.options = FollowingRun::options();
-  online.online = true;
-  Mapper empty(online.options, test::test_labels());
-  Checkpoints checkpoints({.path = path, .every_s = 0}, online, empty);
-  RunRecorder recorder(&checkpoints);
   LabelsOneFrameLate labels;
-  FollowingRun run(&labels, read_again, &recorder);
+  SavedRun saved(&labels, read_again);
+  FollowingRun& run = saved.following;
   run.push(0, 1);
   for (int i = 1; i < 12; ++i) run.push(i, i + 1);
   run.wait_until([&] { return labels.frame() >= 0; });
@@ -156,9 +168,9 @@ TEST(OnlineCorrection, LateLabelsLeaveTheCorrectedPoseInTheMapFile) {
   labels.go_on();
   const OnlineReport report = run.pipeline->finish();
   EXPECT_EQ(report.labelled, 1U);
-  checkpoints.finish(run.mapper, true);
+  saved.checkpoints.finish(run.mapper, true);
   const auto late = static_cast<std::size_t>(labels.frame() / 3);
-  const std::vector<FrameRecord> frames = load_frames(path);
+  const std::vector<FrameRecord> frames = load_frames(saved.path);
   ASSERT_GT(frames.size(), late);
   EXPECT_TRUE(frames[late].labelled);
   const int i = static_cast<int>(late);
@@ -216,26 +228,20 @@ TEST(OnlineCorrection, PlaybackStandsStillAndDropsNothing) {
 }
 
 TEST(OnlineCorrection, StoppedMeanwhileItLeavesASoundMapFile) {
-  const auto path = test::fresh_folder() / "map.panoptic";
-  RunIdentity online = identity();
-  online.options = FollowingRun::options();
-  online.online = true;
-  Mapper empty(online.options, test::test_labels());
-  Checkpoints checkpoints({.path = path, .every_s = 0}, online, empty);
-  RunRecorder recorder(&checkpoints);
-  FollowingRun run(nullptr, slow_reading(10ms), &recorder);
+  SavedRun saved(nullptr, slow_reading(10ms));
+  FollowingRun& run = saved.following;
   run.push(0, kFrames);
   run.pipeline->update_poses(true_poses());
   run.wait_until_correcting();
-  EXPECT_FALSE(load_frames(path).empty()) << "saved before";
+  EXPECT_FALSE(load_frames(saved.path).empty()) << "saved before";
   run.pipeline->stop("interrupted");
   EXPECT_FALSE(run.pipeline->update_poses(true_poses())) << "the run is over";
   const OnlineReport report = run.pipeline->finish();
   EXPECT_EQ(report.stopped_by, "interrupted");
   EXPECT_EQ(report.corrections.size(), 1U) << "it was taken, so it is done";
-  checkpoints.finish(run.mapper, false);
-  EXPECT_EQ(load_map(path).map.voxels.hash(), run.mapper.map().voxels.hash());
-  EXPECT_EQ(load_log(path).back().world_from_camera.matrix(), true_frame(kFrames - 1).world_from_camera.matrix());
+  saved.checkpoints.finish(run.mapper, false);
+  EXPECT_EQ(load_map(saved.path).map.voxels.hash(), run.mapper.map().voxels.hash());
+  EXPECT_EQ(load_log(saved.path).back().world_from_camera.matrix(), true_frame(kFrames - 1).world_from_camera.matrix());
 }
 
 TEST(OnlineCorrection, WhatCannotBeDoneEndsTheRunWithTheOldMap) {
