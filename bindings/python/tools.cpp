@@ -132,8 +132,11 @@ py::dict diff(const fs::path& a, const fs::path& b, bool align) {
     entry["moved_m"] = change.moved_m;
     changes.append(std::move(entry));
   }
-  return py::dict(py::arg("changes") = changes, py::arg("unchanged") = found.unchanged, py::arg("too_small") = found.too_small,
-                  py::arg("alignment") = alignment_or_none(maps.alignment));
+  return py::dict(
+      py::arg("changes") = changes, py::arg("unchanged") = found.unchanged, py::arg("too_small") = found.too_small,
+      py::arg("alignment") = alignment_or_none(maps.alignment),
+      py::arg("surfaces") = py::dict(py::arg("common") = found.shift.common, py::arg("apart_median_m") = found.shift.median_m,
+                                     py::arg("apart_p95_m") = found.shift.p95_m));
 }
 
 py::dict merge(const fs::path& a, const fs::path& b, const fs::path& merged, bool align) {

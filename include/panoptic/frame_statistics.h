@@ -41,6 +41,8 @@ class FrameStatistics {
   const std::vector<TimedPose>& trajectory() const { return trajectory_; }
   // The time of a used frame, seconds of the recording; where poses are left out, of the one before it.
   double time_of(std::int64_t frame) const;
+  // How many of the used frames, the first ones, are no later than this; to the frames that the trajectory has.
+  std::uint64_t used_until(double time_s) const;
 
  private:
   std::uint64_t used_ = 0;

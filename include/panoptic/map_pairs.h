@@ -63,11 +63,20 @@ struct ObjectChange {
   double moved_m = 0;                 // kMoved: from centre to centre
 };
 
+// How far the surfaces of two maps of one world lie apart: by drift of their poses, or by worlds that are not one.
+struct SurfaceShift {
+  double common = 0;    // the share of b's surface that a has, too: facing the same way, at most kFarthestShift_m off
+  double median_m = 0;  // along the normals
+  double p95_m = 0;
+};
+inline constexpr double kFarthestShift_m = 0.3;
+
 struct MapDiff {
   std::vector<ObjectChange> changes;  // ascending by kind, then by the ids before and after
   std::size_t unchanged = 0;          // objects of A that are at their place in B, parts included
   std::size_t too_small = 0;          // objects without counterpart that are too small to say anything about
-  std::vector<std::string> notes;     // what had to be guessed, a line each
+  SurfaceShift shift;
+  std::vector<std::string> notes;  // what had to be guessed, and what speaks of drift, a line each
 };
 
 // Objects with fewer voxels near the surface are not compared.

@@ -14,6 +14,7 @@
 
 #include "panoptic/analysis/object_matching.h"
 #include "panoptic/analysis/seen_space.h"
+#include "panoptic/analysis/surface_drift.h"
 #include "panoptic/map/voxel_grid.h"
 #include "panoptic/mapfile/run_notes.h"
 #include "panoptic/parallel.h"
@@ -169,6 +170,14 @@ std::string note_of_guess(const std::string& name) {
       SeenSpace::kViewCone_deg);
 }
 
+std::string note_of_drift(const SurfaceShift& shift) {
+  return fmt::format(
+      "the surfaces of the two maps lie {:.1f} cm apart (median), more than a voxel: poses drifted, or the worlds are not one; "
+      "what "
+      "vanished or appeared may be where it was (--align, or correct the poses)",
+      100 * shift.median_m);
+}
+
 // Ascending by kind, then by ids.
 void sort_changes(std::vector<ObjectChange>& changes) {
   const auto id = [](const std::optional<FoundObject>& o) { return o ? o->id : PanopticId::kUnknown; };
@@ -212,6 +221,8 @@ MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::str
     diff.changes.push_back({kind_of(s, ChangeKind::kAppeared, ChangeKind::kNotSeenInA), std::nullopt, s.object, s.sight.free, 0});
   }
   sort_changes(diff.changes);
+  diff.shift = shift_between(a.saved.map.voxels, b.saved.map.voxels);
+  if (diff.shift.median_m > double{a.saved.map.voxels.voxel_size_m()}) diff.notes.push_back(note_of_drift(diff.shift));
   return diff;
 }
 

@@ -11,6 +11,7 @@
 
 #include "panoptic/base/text.h"
 #include "panoptic/io/doctor_checks.h"
+#include "panoptic/io/doctor_drift.h"
 #include "panoptic/io/doctor_list.h"
 
 namespace panoptic {
@@ -110,6 +111,8 @@ DoctorReport diagnose(const Dataset& dataset, const DoctorOptions& options) {
   report.checks.push_back(check_scale(e));
   report.checks.push_back(check_poses(e));
   report.checks.push_back(check_steps(e));
+  const bool fits = report.worst() < Verdict::kFailed;
+  if (options.revisits > 0 && fits) report.checks.push_back(check_drift(find_revisits(dataset, options.revisits)));
   return report;
 }
 

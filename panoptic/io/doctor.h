@@ -33,15 +33,16 @@ struct DoctorReport {
   std::size_t count(Verdict at_least) const;
 };
 
-// Bounds of the work: about (frames + 8 * pairs) frames are read, whatever the length of the recording.
+// Bounds of the work: about (frames + 8 * pairs + 2 * revisits) frames are read, whatever the length of the recording.
 struct DoctorOptions {
   std::size_t frames = 100;      // looked at one by one
   std::size_t pairs = 24;        // compared with a later frame
   std::size_t steps = SIZE_MAX;  // from one pose to the next; they cost no images
+  std::size_t revisits = 60;     // frames that are compared with those that look at the same place later
 };
 
 // The look at a recording before it is mapped: less than a second for images of 640 x 480.
-inline constexpr DoctorOptions kPreflight{.frames = 12, .pairs = 8, .steps = 300};
+inline constexpr DoctorOptions kPreflight{.frames = 12, .pairs = 8, .steps = 300, .revisits = 0};
 
 // Reads frames on several threads. Of a list of recordings each is looked at by itself, and whether all have the same upward
 // direction. Throws only what the dataset throws.

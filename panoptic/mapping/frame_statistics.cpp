@@ -27,6 +27,14 @@ double FrameStatistics::time_of(std::int64_t frame) const {
   return trajectory_.empty() ? 0 : trajectory_.front().time_s;
 }
 
+// Times mostly ascend, and it is mostly asked for a moment ago.
+std::uint64_t FrameStatistics::used_until(double time_s) const {
+  constexpr double kRounding_s = 1e-3;
+  std::size_t count = trajectory_.size();
+  while (count > 0 && trajectory_[count - 1].time_s > time_s + kRounding_s) --count;
+  return count * pose_every_;
+}
+
 void FrameStatistics::retrace(const std::vector<TimedPose>& poses) {
   used_ = 0;
   pose_every_ = 1;

@@ -148,7 +148,9 @@ Association MapperParts::track(const FrameToLabel& to_label, StageTimer& timer) 
 
 // Nothing is known any longer of what is carved, neither what the regularizer wrote there nor what frames voted for.
 void MapperParts::see_space(const Frame& frame, const RegisteredFrame& registered) {
-  const std::vector<CellIndex> settled = presence_.settled(moving_->cells, frames_.used());
+  const std::vector<CellIndex> settled =
+      presence_.settled(moving_->cells, {frames_.used(), frames_.used_until(frame.time_s - ObjectPresence::kStay_s),
+                                         frames_.used_until(frame.time_s - ObjectPresence::kLongestGap_s)});
   const std::vector<CarvedVoxels>& carved = space_.see(frame, registered, frames_.used(), settled, map_);
   if (knows_presence_) presence_.came_up(space_.came_up(), frame.index);
   for (const CarvedVoxels& c : carved) {
@@ -262,7 +264,7 @@ void MapperParts::finish() {
   timed("maintain", [&] {
     find_gone();
     maintenance_.finish(map_, regularizer_.votes(), so_far());
-    if (knows_presence_) presence_.find_arrivals(map_);
+    if (knows_presence_) presence_.find_arrivals([&](std::int64_t frame) { return frames_.time_of(frame); }, map_);
   });
   give_back_free_memory();
   regularize();

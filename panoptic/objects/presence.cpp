@@ -21,7 +21,7 @@ constexpr double kLeastArea_m2 = 0.02;   // two hands: masks that miss leave sma
 constexpr double kLeastFilled = 0.25;    // of the largest side of its box: a chair fills half of it
 constexpr double kBeside_m = 0.1;        // so near to a floor or a wall nothing is known to be free
 constexpr std::uint64_t kLeastCame = 8;  // one part in so many: a thing that was always there has 3 % in free space, by errors
-constexpr std::int64_t kAtOnce = 90;     // frames: what comes into free space is masked for 60 of them
+constexpr double kAtOnce_s = ObjectPresence::kStay_s + 1;  // what comes into free space is masked until it has stayed
 
 bool is_surface(const Brick& brick, int voxel, float voxel_size_m) {
   if ((brick.stored() >> voxel & 1) == 0) return false;
@@ -250,17 +250,18 @@ void ObjectPresence::came_up(std::span<const CellIndex> cells, std::int64_t fram
   for (const CellIndex& cell : cells) state_.came_up.try_emplace(cell, frame);
 }
 
-std::vector<CellIndex> ObjectPresence::settled(std::span<const CellIndex> cells, std::uint64_t time) {
-  constexpr std::uint64_t kLongestGap = 10;
-  constexpr std::uint64_t kStay = 60;
+std::vector<CellIndex> ObjectPresence::settled(std::span<const CellIndex> cells, const FramesBefore& before) {
+  constexpr std::uint64_t kMissed = 2;  // frames that may miss it, however slow the camera is
+  constexpr std::uint64_t kSeen = 5;    // frames that must see it at least, as many as free space takes
+  const auto has_left = [&](const Stay& stay) { return stay.last < before.gap && before.now > stay.last + kMissed; };
   std::vector<CellIndex> settled;
   for (const CellIndex& cell : cells) {
-    Stay& stay = state_.stays.try_emplace(cell, Stay{time, time}).first->second;
-    if (time > stay.last + kLongestGap) stay.since = time;
-    stay.last = time;
-    if (time >= stay.since + kStay) settled.push_back(cell);
+    Stay& stay = state_.stays.try_emplace(cell, Stay{before.now, before.now}).first->second;
+    if (has_left(stay)) stay.since = before.now;
+    stay.last = before.now;
+    if (stay.since < before.stay && before.now >= stay.since + kSeen) settled.push_back(cell);
   }
-  std::erase_if(state_.stays, [&](const auto& entry) { return time > entry.second.last + kLongestGap; });
+  std::erase_if(state_.stays, [&](const auto& entry) { return has_left(entry.second); });
   return settled;
 }
 
@@ -324,7 +325,7 @@ void ObjectPresence::find_gone(const Rules& rules, FrameVotes& votes, PanopticMa
 // wall, or where little was looked at. So a part of its surface in free space is enough, if that is as much as of a thing, and
 // came up when the object was first seen: what is seen there by errors comes up at any time. Of what no network ever saw it is
 // not known since when it is an object.
-std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
+std::vector<LabelSlot> ObjectPresence::appeared(const TimeOf& time_of, const PanopticMap& map) const {
   struct Arrived {
     std::uint64_t all = 0;      // voxels
     std::uint64_t came = 0;     // of them in cells that were free
@@ -341,7 +342,7 @@ std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
                     const auto came = state_.came_up.find({at[0] >> 2, at[1] >> 2, at[2] >> 2});
                     if (came == state_.came_up.end()) return;
                     ++arrived.came;
-                    if (came->second - kAtOnce <= object->first_frame) ++arrived.at_once;
+                    if (time_of(came->second) - kAtOnce_s <= time_of(object->first_frame)) ++arrived.at_once;
                   });
   }
   std::vector<LabelSlot> appeared;
@@ -353,7 +354,7 @@ std::vector<LabelSlot> ObjectPresence::appeared(const PanopticMap& map) const {
   return appeared;
 }
 
-void ObjectPresence::find_arrivals(PanopticMap& map) const {
+void ObjectPresence::find_arrivals(const TimeOf& time_of, PanopticMap& map) const {
   struct Match {
     double alike = 0;
     LabelSlot label = LabelSlot::kUnknown;
@@ -366,7 +367,7 @@ void ObjectPresence::find_arrivals(PanopticMap& map) const {
   map.history.arrivals.clear();
   if (state_.came_up.empty()) return;
   std::vector<Match> matches;
-  for (const auto& [label, voxels] : voxels_of(appeared(map), map.voxels)) {
+  for (const auto& [label, voxels] : voxels_of(appeared(time_of, map), map.voxels)) {
     const Object& object = *map.objects.find(label);
     map.history.arrivals[object.id] = {};
     const std::vector<VoxelIndex> part = main_part(voxels);

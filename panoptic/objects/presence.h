@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
@@ -24,9 +25,16 @@ class ObjectPresence {
   // Voxels of a brick are about to be cleared.
   void looks_through(Slot slot, int brick, std::uint64_t voxels, std::int64_t frame, const PanopticMap& map);
   void came_up(std::span<const CellIndex> cells, std::int64_t frame);
-  // Cells of free space that something is in, ascending; `time` counts the used frames before this one. Returns those that it has
-  // been in for two seconds: it is furniture.
-  std::vector<CellIndex> settled(std::span<const CellIndex> cells, std::uint64_t time);
+  // How many frames were used before this one, and how many of those were as long ago as something must stay, or may be missed.
+  struct FramesBefore {
+    std::uint64_t now = 0;
+    std::uint64_t stay = 0;  // kStay_s and more before this frame
+    std::uint64_t gap = 0;   // kLongestGap_s and more
+  };
+  static constexpr double kStay_s = 2;
+  static constexpr double kLongestGap_s = 0.35;  // ten frames of a camera of 30 a second, and some jitter
+  // Cells of free space that something is in, ascending. Returns those that it has been in for two seconds: it is furniture.
+  std::vector<CellIndex> settled(std::span<const CellIndex> cells, const FramesBefore& before);
 
   struct Rules {
     std::uint64_t min_observations = 1;  // objects that were seen less often were never there
@@ -34,15 +42,16 @@ class ObjectPresence {
   };
   // Between frames, and before objects without voxels are forgotten: puts down which are gone, and clears what is left of them.
   void find_gone(const Rules& rules, FrameVotes& votes, PanopticMap& map);
-  // At the end: which came, and which of those are the ones that are gone.
-  void find_arrivals(PanopticMap& map) const;
+  // At the end: which came, and which of those are the ones that are gone. A frame has a time in seconds.
+  using TimeOf = std::function<double(std::int64_t frame)>;
+  void find_arrivals(const TimeOf& time_of, PanopticMap& map) const;
 
   const PresenceState& state() const { return state_; }
   void restore(PresenceState state) { state_ = std::move(state); }
 
  private:
   bool has_news(bool is_last) const;
-  std::vector<LabelSlot> appeared(const PanopticMap& map) const;
+  std::vector<LabelSlot> appeared(const TimeOf& time_of, const PanopticMap& map) const;
   std::map<PanopticId, LostSurface> still_lost(const PanopticMap& map) const;
 
   PresenceState state_;

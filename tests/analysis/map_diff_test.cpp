@@ -76,6 +76,21 @@ TEST(MapDiff, NothingChangesBetweenAMapAndItself) {
   const MapDiff same = diff(map, map);
   EXPECT_THAT(kinds(same), testing::IsEmpty());
   EXPECT_EQ(same.unchanged, 3U);
+  EXPECT_GT(same.shift.common, 0.95);
+  EXPECT_LT(same.shift.median_m, 0.001);
+  EXPECT_THAT(same.notes, testing::IsEmpty());
+}
+
+// Poses that drifted between two visits put every surface elsewhere.
+TEST(MapDiff, SaysHowFarSurfacesLieApart) {
+  const MapWithFrames map = map_of({kStays, kSmall, kFloats});
+  for (const auto& [shift_m, is_told] : {std::pair(0.02, false), std::pair(0.1, true)}) {
+    const MapDiff shifted = diff(map, moved_map(map, Pose(Eigen::Translation3d(0, shift_m, 0))));
+    EXPECT_NEAR(shifted.shift.median_m, shift_m, 0.006) << "of the floor, which is most of the surface";
+    EXPECT_GT(shifted.shift.common, 0.8);
+    EXPECT_EQ(shifted.notes.size(), is_told ? 1U : 0U);
+    for (const std::string& note : shifted.notes) EXPECT_THAT(note, HasSubstr("cm apart (median), more than a voxel"));
+  }
 }
 
 TEST(MapDiff, SaysWhatVanishedAndWhatAppearedAlsoInMidAir) {

@@ -107,7 +107,7 @@ class DoctorOnRecording : public ::testing::TestWithParam<const char*> {
 
   // A smaller sample than usual, to be quick.
   DoctorReport diagnose_with(Corruption corruption) const {
-    return diagnose(Corrupted(*dataset_, std::move(corruption)), {.frames = 20, .pairs = 12});
+    return diagnose(Corrupted(*dataset_, std::move(corruption)), {.frames = 20, .pairs = 12, .revisits = 0});
   }
 
   // Exactly this check fails, with this in its evidence or remedy.
@@ -183,12 +183,34 @@ TEST_P(DoctorOnRecording, FindsPosesThatBelongToOtherFrames) {
   expect_only(report, "poses", "every pose belongs to its image");
 }
 
+// Poses that wander off by 20 cm over the recording, too slowly for any check of neighbouring frames.
+TEST_P(DoctorOnRecording, FindsThatPosesDrift) {
+  const DoctorOptions options{.frames = 20, .pairs = 12, .revisits = 40};
+  const std::int64_t last = dataset_->read(dataset_->size() - 1).frame->index;
+  const DoctorReport honest = diagnose(*dataset_, options);
+  EXPECT_EQ(check_named(honest, "drift").verdict, Verdict::kOk) << to_text(honest);
+  const DoctorReport report = diagnose(Corrupted(*dataset_,
+                                                 [&](Frame& frame) {
+                                                   const double share =
+                                                       static_cast<double>(frame.index) / static_cast<double>(last);
+                                                   frame.world_from_camera.translation() += share * Vec3d(0.12, 0.12, 0.12);
+                                                 }),
+                                       options);
+  const Check& drift = check_named(report, "drift");
+  EXPECT_EQ(drift.verdict, drift.evidence.starts_with("hardly") ? Verdict::kOk : Verdict::kWarning) << to_text(report);
+  const bool is_told = std::string(GetParam()) == "kitchen";  // little of hololens is seen again
+  EXPECT_EQ(drift.remedy.empty(), !is_told);
+}
+
 TEST_P(DoctorOnRecording, ReadsABoundedNumberOfFrames) {
   std::atomic<std::size_t> reads = 0;
   const DoctorReport report = diagnose_with([&](Frame&) { ++reads; });
   EXPECT_EQ(report.worst(), Verdict::kOk) << to_text(report);
   EXPECT_LE(reads, 20U + 8U * 12U);
   EXPECT_GE(reads, 20U + 2U * 12U);
+  reads = 0;
+  diagnose(Corrupted(*dataset_, [&](Frame&) { ++reads; }), {.frames = 1, .pairs = 0, .revisits = 9});
+  EXPECT_LE(reads, 1U + 2U * 9U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Real, DoctorOnRecording, ::testing::Values("kitchen", "hololens"),

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "panoptic/frame_statistics.h"
 #include "panoptic/map/space_cells.h"
 #include "tests/objects/maintained_world.h"
 
@@ -18,6 +19,12 @@ using test::solid_box;
 using test::World;
 
 constexpr ObjectPresence::Rules kRules{6};
+
+// A camera that takes so many frames a second.
+ObjectPresence::TimeOf camera_of(double per_second) {
+  return [=](std::int64_t frame) { return static_cast<double>(frame) / per_second; };
+}
+const ObjectPresence::TimeOf kFrames = camera_of(30);
 
 struct Room : World {
   ObjectPresence presence;
@@ -157,18 +164,38 @@ void come_up(Room& room, const Vec3d& low_m, const Vec3d& high_m, std::int64_t f
   room.presence.came_up(cells, frame);
 }
 
+// The frames before frame `n` of a camera that takes so many a second.
+ObjectPresence::FramesBefore before(std::uint64_t n, double per_second = 30) {
+  FrameStatistics frames;
+  for (std::uint64_t i = 0; i < n; ++i) frames.count_used({static_cast<double>(i) / per_second});
+  const double now_s = static_cast<double>(n) / per_second;
+  return {n, frames.used_until(now_s - ObjectPresence::kStay_s), frames.used_until(now_s - ObjectPresence::kLongestGap_s)};
+}
+
 TEST(ObjectPresence, WhatStaysInACellForTwoSecondsHasSettled) {
   ObjectPresence presence;
   const std::vector<CellIndex> stays = {{1, 2, 3}};
   const std::vector<CellIndex> both = {{1, 2, 3}, {4, 5, 6}};
-  for (std::uint64_t time = 100; time < 160; ++time) {
-    EXPECT_TRUE(presence.settled(time % 25 == 0 ? both : stays, time).empty()) << "the other one comes back too seldom";
+  for (std::uint64_t n = 100; n < 160; ++n) {
+    EXPECT_TRUE(presence.settled(n % 25 == 0 ? both : stays, before(n)).empty()) << "the other one comes back too seldom";
   }
-  EXPECT_EQ(presence.settled(both, 160), stays);
-  EXPECT_EQ(presence.settled(both, 165), stays) << "a short gap";
-  EXPECT_TRUE(presence.settled(stays, 180).empty()) << "it had left";
-  EXPECT_TRUE(presence.settled({}, 300).empty());
+  EXPECT_EQ(presence.settled(both, before(160)), stays);
+  EXPECT_EQ(presence.settled(both, before(165)), stays) << "a short gap";
+  EXPECT_TRUE(presence.settled(stays, before(180)).empty()) << "it had left";
+  EXPECT_TRUE(presence.settled({}, before(300)).empty());
   EXPECT_TRUE(presence.state().stays.empty());
+}
+
+// Two seconds are two seconds, whatever the camera gives, and however many frames were dropped.
+TEST(ObjectPresence, HowLongSomethingStaysIsAMatterOfTimeAndNotOfFrames) {
+  const std::vector<CellIndex> cells = {{1, 2, 3}};
+  for (const auto& [per_second, settles_after] :
+       {std::pair(90.0, 180U), std::pair(30.0, 60U), std::pair(5.0, 10U), std::pair(1.0, 5U)}) {
+    ObjectPresence presence;
+    std::uint64_t n = 100;
+    while (n < 400 && presence.settled(cells, before(n, per_second)).empty()) ++n;
+    EXPECT_EQ(n, 100 + settles_after) << per_second << " frames a second";
+  }
 }
 
 TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize) {
@@ -186,7 +213,7 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
     room.look_through(before, 1);
     come_up(room, low, high);
     room.presence.find_gone(kRules, room.votes, room.map);
-    room.presence.find_arrivals(room.map);
+    room.presence.find_arrivals(kFrames, room.map);
     ASSERT_EQ(room.map.history.past.size(), 1U);
     ASSERT_EQ(room.map.history.arrivals.size(), 1U) << "the other one was always there";
     const auto& [came, arrival] = *room.map.history.arrivals.begin();
@@ -201,14 +228,15 @@ TEST(ObjectPresence, WhatIsGoneAndComesElsewhereWasMovedIfItIsOfOneClassAndSize)
 
 // Beside a wall little of a thing is in cells that were known to be free.
 TEST(ObjectPresence, APartInFreeSpaceIsEnoughIfItCameUpWhenTheThingWasFirstSeen) {
-  for (const auto& [came_at, half_m, appeared] :
-       {std::tuple(70, 0.1, true), std::tuple(170, 0.1, false), std::tuple(170, 0.5, true)}) {
+  for (const auto& [came_at, per_second, half_m, appeared] :
+       {std::tuple(70, 30, 0.1, true), std::tuple(170, 30, 0.1, false), std::tuple(170, 30, 0.5, true),
+        std::tuple(170, 60, 0.1, true), std::tuple(80, 5, 0.1, false)}) {
     Room room;
     const LabelSlot chair = room.seen_from(60, kChair);
     add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.8}, chair)});
     come_up(room, {-half_m, -0.3, 0}, {half_m, 0.3, 0.8}, came_at);
-    room.presence.find_arrivals(room.map);
-    EXPECT_EQ(room.map.history.arrivals.size(), appeared ? 1U : 0U) << came_at << " " << half_m;
+    room.presence.find_arrivals(camera_of(per_second), room.map);
+    EXPECT_EQ(room.map.history.arrivals.size(), appeared ? 1U : 0U) << came_at << " " << per_second << " " << half_m;
   }
 }
 
@@ -217,7 +245,7 @@ TEST(ObjectPresence, WhatNoNetworkSawDidNotCome) {
   const LabelSlot region = *room.map.objects.create();
   add_to(room, {solid_box({-0.5, -0.3, 0}, {0.5, 0.3, 0.8}, region)});
   come_up(room, {-0.5, -0.3, 0}, {0.5, 0.3, 0.8});
-  room.presence.find_arrivals(room.map);
+  room.presence.find_arrivals(kFrames, room.map);
   EXPECT_TRUE(room.map.history.arrivals.empty());
 }
 
@@ -229,7 +257,7 @@ TEST(ObjectPresence, ACrumbInFreeSpaceDidNotCome) {
                 solid_box({0.5, 0, 0.4}, {0.52, 0.02, 0.42}, chair)});
   ASSERT_GT(room.count(chair), 0U);
   come_up(room, {0.5, 0, 0.4}, {0.52, 0.02, 0.42});
-  room.presence.find_arrivals(room.map);
+  room.presence.find_arrivals(kFrames, room.map);
   EXPECT_TRUE(room.map.history.arrivals.empty());
 }
 
@@ -241,7 +269,7 @@ void one_goes_and_one_comes(Room& room, LabelSlot first, LabelSlot second) {
   room.look_through(first, 0);
   come_up(room, low, high);
   room.presence.find_gone(kRules, room.votes, room.map);
-  room.presence.find_arrivals(room.map);
+  room.presence.find_arrivals(kFrames, room.map);
 }
 
 // A chair goes in frame 50, and another one of its size came when the first was still there, or after that.
@@ -266,7 +294,7 @@ TEST(ObjectPresence, AMoveThatWasToldStaysWhenTheThingGoesAgain) {
   room.look_through(second, 1, 90);
   room.presence.find_gone(kRules, room.votes, room.map);
   room.map.prune();
-  room.presence.find_arrivals(room.map);
+  room.presence.find_arrivals(kFrames, room.map);
   ASSERT_EQ(room.map.history.past.size(), 2U);
   EXPECT_EQ(room.map.history.past[0].moved_to, second_id);
   EXPECT_TRUE(room.map.history.arrivals.empty());
