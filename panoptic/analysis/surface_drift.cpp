@@ -39,18 +39,23 @@ SurfaceShift shift_between(const VoxelMap& a, const VoxelMap& b) {
   const std::vector<PlacedNormal> points = surface_points(b, kSpacing_m);
   const double voxel_m = double{a.voxel_size_m()};
   constexpr double kNone = 2 * kFarthestShift_m;
+  constexpr double kEdge = -1;  // not even b itself has a plane there
   std::vector<double> shifts(points.size(), kNone);
   parallel_for(points.size(), [&](std::size_t i) {
     SurfaceSampler sampler(a);
+    SurfaceSampler sampler_of_b(b);
+    const std::optional<double> own_m = surface_near(sampler_of_b, points[i], 0);
+    if (!own_m) shifts[i] = kEdge;
     for (double off_m = 0; off_m <= kFarthestShift_m && shifts[i] == kNone; off_m += voxel_m) {
       for (const double side : {off_m, -off_m}) {
-        if (const auto found = surface_near(sampler, points[i], side)) shifts[i] = std::min(shifts[i], std::abs(*found));
+        if (const auto found = surface_near(sampler, points[i], side)) shifts[i] = std::min(shifts[i], std::abs(*found - *own_m));
       }
     }
   });
+  std::erase(shifts, kEdge);
+  const auto asked = static_cast<double>(std::max<std::size_t>(shifts.size(), 1));
   std::erase(shifts, kNone);
-  const double share = static_cast<double>(shifts.size()) / static_cast<double>(std::max<std::size_t>(points.size(), 1));
-  return {share, quantile(shifts, 0.5), quantile(shifts, 0.95)};
+  return {static_cast<double>(shifts.size()) / asked, quantile(shifts, 0.5), quantile(shifts, 0.95)};
 }
 
 }  // namespace panoptic

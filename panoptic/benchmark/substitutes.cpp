@@ -40,8 +40,8 @@ SubstituteMapper::SubstituteMapper(Options options, LabelSet labels, Substitutes
     stages.associate = [this](const FrameToLabel& to_label, PanopticMap& map) { return associate(to_label, map); };
   }
   if (substitutes.storage) {
-    stages.labelled = [this](const FrameToLabel& to_label, std::span<const LabelSlot> labels) {
-      votes_.add(to_label.frame, to_label.registered, labels);
+    stages.labelled = [this](const FrameToLabel& to_label, std::span<const LabelSlot> given) {
+      votes_.add(to_label.frame, to_label.registered, given);
     };
   }
   mapper_ = std::make_unique<MapperParts>(options, std::move(labels), std::move(stages));

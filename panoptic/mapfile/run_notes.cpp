@@ -140,6 +140,9 @@ void read_counters(const SavedMap& saved, SavedState& state) {
     state.label_frames = whole("label_frames").get<std::uint64_t>();
     state.labelled = whole("labelled").get<std::uint64_t>();
     state.last_frame = whole("last_frame").get<std::int64_t>();
+    // Older files do not say: then all counts as changed.
+    if (json->contains("maintained_epoch")) state.maintenance.epoch = whole("maintained_epoch").get<std::uint64_t>();
+    if (state.maintenance.epoch > saved.map.voxels.epoch()) refuse(kSession);
     for (Eigen::Index a = 0; a < 3; ++a) state.up_sum[a] = json->at("up_sum").at(static_cast<std::size_t>(a)).get<double>();
   } catch (const Json::exception&) {
     refuse(kSession);
@@ -173,9 +176,10 @@ MapNotes notes_of(const SavedState& state) {
   const Json counters = {{"label_frames", state.label_frames},
                          {"labelled", state.labelled},
                          {"last_frame", state.last_frame},
+                         {"maintained_epoch", state.maintenance.epoch},
                          {"up_sum", {state.up_sum.x(), state.up_sum.y(), state.up_sum.z()}}};
   return {{{kSession, counters.dump()}},
-          {{kTogether, covisibility_bytes(state.covisibility)},
+          {{kTogether, covisibility_bytes(state.maintenance.covisible)},
            {kOverruled, overruled_bytes(state.regularizer.votes)},
            {kRegularized, epochs_bytes(state.regularizer.handled)},
            {kMoving, moving_bytes(state.moving)},
@@ -186,7 +190,7 @@ SavedState saved_state(const SavedMap& saved) {
   SavedState state;
   read_counters(saved, state);
   const Bytes& together = state_bytes(saved, kTogether);
-  state.covisibility =
+  state.maintenance.covisible =
       saved.format == 1 ? covisibility_from<std::uint16_t>(together) : covisibility_from<std::uint32_t>(together);
   state.regularizer.votes = overruled_from(state_bytes(saved, kOverruled), saved);
   state.regularizer.handled = epochs_from(state_bytes(saved, kRegularized), saved.map.voxels);

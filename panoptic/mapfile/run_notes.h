@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "panoptic/geometry.h"
-#include "panoptic/map/covisibility.h"
 #include "panoptic/map/frame_votes.h"
+#include "panoptic/map/maintenance_state.h"
 #include "panoptic/map/presence_state.h"
 #include "panoptic/map_file.h"
 
@@ -50,7 +50,7 @@ std::optional<double> option_of(const SavedMap& saved, std::string_view key);
 
 // The state of a mapper beside its map, except for its frames, which the file lists one by one.
 struct SavedState {
-  Covisibility covisibility;
+  MaintenanceState maintenance;
   RegularizerState regularizer;
   MovingState moving;
   PresenceState presence;

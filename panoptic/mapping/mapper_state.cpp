@@ -19,7 +19,7 @@ MapperState mapper_state(const SavedMap& saved, const std::vector<FrameRecord>& 
 }
 
 MapperState MapperParts::state() const {
-  return {{maintenance_.covisibility(), regularizer_.state(), moving_tracks_.state(), presence_.state(), label_frames_, labelled_,
+  return {{maintenance_.state(), regularizer_.state(), moving_tracks_.state(), presence_.state(), label_frames_, labelled_,
            up_sum_, last_frame_},
           frames_,
           log_.entries()};
@@ -27,7 +27,7 @@ MapperState MapperParts::state() const {
 
 void MapperParts::restore(PanopticMap map, MapperState state) {
   map_ = std::move(map);
-  maintenance_.restore(std::move(state.covisibility));
+  maintenance_.restore(std::move(state.maintenance));
   regularizer_.restore(std::move(state.regularizer));
   moving_tracks_ = MovingTracks(std::move(state.moving));
   presence_.restore(std::move(state.presence));

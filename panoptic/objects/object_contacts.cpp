@@ -22,6 +22,7 @@ struct ObjectVoxels {
   LabelSlot id = LabelSlot::kUnknown;
   std::span<const std::uint32_t> voxels;
   Box box;
+  bool is_asked = true;
 };
 
 Box box_of(std::span<const std::uint32_t> voxels, const SurfaceVoxels& surface) {
@@ -107,7 +108,8 @@ std::vector<Contact> contacts_of(const ObjectVoxels& larger, std::span<const Obj
   for (const ObjectVoxels& own : objects) {
     const std::size_t size = larger.voxels.size();
     const bool is_smaller = own.voxels.size() < size || (own.voxels.size() == size && own.id > larger.id);
-    if (!is_smaller || !near(own.box, larger.box, nearness.most_voxels)) continue;
+    if (!is_smaller || !(own.is_asked || larger.is_asked)) continue;
+    if (!near(own.box, larger.box, nearness.most_voxels)) continue;
     const auto share_of = [&](auto count) { return static_cast<double>(count) / static_cast<double>(own.voxels.size()); };
     const auto some = candidates(own, larger.box, surface, nearness.most_voxels);
     if (share_of(some.size()) <= min_share) continue;
@@ -136,10 +138,11 @@ std::vector<Contact> all_contacts(std::span<const ObjectVoxels> objects, const S
 }  // namespace
 
 std::vector<Contact> contacts_between(std::span<const LabelSlot> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
-                                      int reach, double min_share) {
-  if (ids.size() < 2) return {};
+                                      int reach, double min_share, const std::vector<bool>& asked) {
+  const auto is_asked = [&](LabelSlot id) { return asked.empty() || asked[number(id)]; };
+  if (ids.size() < 2 || std::none_of(ids.begin(), ids.end(), is_asked)) return {};
   std::vector<ObjectVoxels> objects;
-  for (const LabelSlot id : ids) objects.push_back({id, voxels.at(id), box_of(voxels.at(id), surface)});
+  for (const LabelSlot id : ids) objects.push_back({id, voxels.at(id), box_of(voxels.at(id), surface), is_asked(id)});
   if (reach < kFarReach) return all_contacts(objects, surface, Nearness<SurfaceVoxels>{surface, Ball(reach), reach}, min_share);
   constexpr int kMostCells = kFarReach - 1;
   const int voxels_per_cell = (reach + kMostCells - 1) / kMostCells;

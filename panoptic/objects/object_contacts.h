@@ -19,9 +19,10 @@ struct Contact {
 
 // All contacts of a share above `min_share` between the objects of `ids` (keys of `voxels`), the highest share first, then
 // the lowest ids. Near: at most `reach` voxels apart. From kFarReach on that is measured in cells of reach / 15 voxels an edge,
-// rounded up: the time does not grow with the reach, and each place is known to a cell.
+// rounded up: the time does not grow with the reach, and each place is known to a cell. Pairs of which neither
+// one is asked for, by label, are left out; an empty list asks for all.
 inline constexpr int kFarReach = kBlockSide;
 std::vector<Contact> contacts_between(std::span<const LabelSlot> ids, const VoxelsByLabel& voxels, const SurfaceVoxels& surface,
-                                      int reach, double min_share = 0);
+                                      int reach, double min_share = 0, const std::vector<bool>& asked = {});
 
 }  // namespace panoptic

@@ -45,6 +45,23 @@ double length_m(const SurfaceVoxels& surface, const std::vector<std::uint32_t>& 
 // Did a frame ever say what this voxel is, be it "unknown"?
 bool was_voted_on(const VoxelBlock& block, int offset) { return block.vote_sum(offset) > 0; }
 
+// By label, whether it has surface in a block that changed after this epoch, or in one beside such a block.
+std::vector<bool> labels_changed_since(std::uint64_t epoch, const VoxelMap& map, const SurfaceVoxels& surface) {
+  std::vector<bool> near(surface.block_count(), false);
+  for (Slot slot = 0; slot < surface.block_count(); ++slot) {
+    if (map.changed_at(slot) <= epoch) continue;
+    for (const Slot beside : surface.neighbours_of(slot)) {
+      if (beside != VoxelMap::kNoSlot) near[beside] = true;
+    }
+  }
+  std::vector<bool> changed(kLabelSlots, false);
+  for (Slot slot = 0; slot < surface.block_count(); ++slot) {
+    const auto [first, end] = near[slot] ? surface.range_of(slot) : std::pair(0U, 0U);
+    for (std::uint32_t i = first; i < end; ++i) changed[number(surface.label(i))] = true;
+  }
+  return changed;
+}
+
 LabelSlot most_frequent(const std::map<LabelSlot, std::size_t>& counts) {
   return std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
 }
@@ -79,7 +96,7 @@ Fields fields(MaintenanceOptions& o) {
 void ObjectMaintenance::saw_together(std::span<const PanopticId> objects) {
   if (!options_.enabled) return;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) ++covisible_[std::minmax(objects[i], objects[j])];
+    for (std::size_t j = 0; j < i; ++j) ++state_.covisible[std::minmax(objects[i], objects[j])];
   }
 }
 
@@ -93,12 +110,14 @@ VoxelsByLabel ObjectMaintenance::objects_of(const Pass& pass) {
 }
 
 ObjectMaintenance::Pass ObjectMaintenance::begin(PanopticMap& map, FrameVotes& votes, const SoFar& so_far) {
-  std::erase_if(covisible_, [&](const auto& entry) {  // of objects that are no more
+  std::erase_if(state_.covisible, [&](const auto& entry) {  // of objects that are no more
     return map.objects.find(entry.first.first) == nullptr || map.objects.find(entry.first.second) == nullptr;
   });
   surface_.update(map.voxels);
+  std::vector<bool> changed = labels_changed_since(state_.epoch, map.voxels, surface_);
+  state_.epoch = map.voxels.epoch();
   map.voxels.begin_epoch();
-  return {map, votes, surface_, vertical(map.voxels, surface_, so_far.up), so_far.frame, 0};
+  return {map, votes, surface_, vertical(map.voxels, surface_, so_far.up), so_far.frame, 0, std::move(changed)};
 }
 
 void ObjectMaintenance::run(PanopticMap& map, FrameVotes& votes, const SoFar& so_far) {
@@ -113,6 +132,7 @@ void ObjectMaintenance::finish(PanopticMap& map, FrameVotes& votes, const SoFar&
   constexpr std::uint64_t kFramesPerObservation = 35;
   if (!options_.enabled || so_far.labelled_frames == 0) return;
   Pass pass = begin(map, votes, so_far);
+  pass.changed.assign(kLabelSlots, true);  // what waited for all evidence is due everywhere
   pass.min_observations = std::min(static_cast<std::uint64_t>(options_.min_observations),
                                    (so_far.labelled_frames + kFramesPerObservation - 1) / kFramesPerObservation);
   while (merge(pass)) {
@@ -132,25 +152,33 @@ void ObjectMaintenance::finish(PanopticMap& map, FrameVotes& votes, const SoFar&
 }
 
 bool ObjectMaintenance::are_apart(const Object& a, const Object& b) const {
-  const auto found = covisible_.find(std::minmax(a.id, b.id));
-  if (found == covisible_.end()) return false;
+  const auto found = state_.covisible.find(std::minmax(a.id, b.id));
+  if (found == state_.covisible.end()) return false;
   const std::uint64_t seen = std::min(a.observations, b.observations);
   return static_cast<double>(found->second) > options_.together_share * static_cast<double>(seen);
 }
 
 // Every object takes part in one merge at most; the next time comes soon.
 bool ObjectMaintenance::merge(Pass& pass) {
+  const auto class_of = [&](LabelSlot id) {
+    return pass.map.labels.is_object(id) ? pass.map.objects.class_of(id) : ClassId::kUnknown;
+  };
+  std::set<ClassId> due;
+  for (std::size_t id = 0; id < kLabelSlots; ++id) {
+    if (pass.changed[id]) due.insert(class_of(static_cast<LabelSlot>(id)));
+  }
   std::map<ClassId, std::vector<LabelSlot>> by_class;
   const VoxelsByLabel voxels = pass.surface.by_label([&](LabelSlot id) {
-    const ClassId class_id = pass.map.labels.is_object(id) ? pass.map.objects.class_of(id) : ClassId::kUnknown;
-    if (class_id != ClassId::kUnknown) by_class[class_id].push_back(id);
-    return class_id != ClassId::kUnknown;
+    const ClassId class_id = class_of(id);
+    const bool is_due = class_id != ClassId::kUnknown && due.contains(class_id);
+    if (is_due) by_class[class_id].push_back(id);
+    return is_due;
   });
   const int reach = std::max(1, static_cast<int>(std::lround(options_.merge_distance_m / pass.map.voxels.voxel_size_m())));
   Renaming renaming;
   std::set<LabelSlot> taken;
   for (const auto& [class_id, ids] : by_class) {
-    for (const Contact& contact : contacts_between(ids, voxels, pass.surface, reach, options_.merge_share)) {
+    for (const Contact& contact : contacts_between(ids, voxels, pass.surface, reach, options_.merge_share, pass.changed)) {
       if (taken.contains(contact.smaller) || taken.contains(contact.larger)) continue;
       if (are_apart(*pass.map.objects.find(contact.smaller), *pass.map.objects.find(contact.larger))) continue;
       taken.insert({contact.smaller, contact.larger});
@@ -160,11 +188,11 @@ bool ObjectMaintenance::merge(Pass& pass) {
   }
   if (taken.empty()) return false;
   Covisibility together;
-  for (const auto& [pair, count] : covisible_) {
+  for (const auto& [pair, count] : state_.covisible) {
     const auto renamed = std::pair(pass.map.objects.survivor(pair.first), pass.map.objects.survivor(pair.second));
     if (renamed.first != renamed.second) together[std::minmax(renamed.first, renamed.second)] += count;
   }
-  covisible_ = std::move(together);
+  state_.covisible = std::move(together);
   renaming.apply(pass.map.voxels, pass.votes, pass.surface);
   return true;
 }
@@ -179,7 +207,7 @@ void ObjectMaintenance::carve_supports(Pass& pass) const {
     return pass.map.labels.is_support(class_id);
   });
   for (const auto& [label, voxels] : supports) {
-    if (voxels.size() < kFewestOfTop) continue;
+    if (voxels.size() < kFewestOfTop || !pass.changed[number(label)]) continue;
     for (const auto& part : pass.surface.components(voxels, 2)) {
       const auto top = fit_top(pass.map.voxels, pass.surface, part, pass.up);
       if (!top) continue;

@@ -14,8 +14,8 @@
 #include "panoptic/base/config.h"
 #include "panoptic/geometry.h"
 #include "panoptic/map.h"
-#include "panoptic/map/covisibility.h"
 #include "panoptic/map/frame_votes.h"
+#include "panoptic/map/maintenance_state.h"
 #include "panoptic/objects/support_planes.h"
 #include "panoptic/objects/surface_voxels.h"
 #include "panoptic/options.h"
@@ -39,15 +39,15 @@ class ObjectMaintenance {
   // Notes objects that were seen as separate masks in one frame: they are not one thing. Call it for every frame.
   void saw_together(std::span<const PanopticId> objects);
 
-  // Between frames: merges objects and carves things out of tables. Starts a new epoch and marks the blocks that it changes.
-  // Its decisions replace the frames' votes too.
+  // Between frames: merges objects and carves things out of tables, those alone of which something changed since the last time.
+  // Starts a new epoch and marks the blocks that it changes. Its decisions replace the frames' votes too.
   void run(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
   // After the last frame: also drops, levels and names, which must wait until all evidence is in.
   void finish(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
 
   // All that it remembers of earlier frames. Everything else that it keeps only saves reading the map again.
-  const Covisibility& covisibility() const { return covisible_; }
-  void restore(Covisibility covisible) { covisible_ = std::move(covisible); }
+  const MaintenanceState& state() const { return state_; }
+  void restore(MaintenanceState state) { state_ = std::move(state); }
 
  private:
   struct Pass {
@@ -57,6 +57,7 @@ class ObjectMaintenance {
     Vec3d up;
     std::int64_t frame = 0;
     std::uint64_t min_observations = 0;
+    std::vector<bool> changed;  // by label, whether it has surface in a block that changed since the last time, or beside one
   };
 
   // Which objects are looked at. Those that a frame saw are judged once, by what the frames said.
@@ -84,7 +85,7 @@ class ObjectMaintenance {
 
   MaintenanceOptions options_;
   SurfaceVoxels surface_;  // kept from one time to the next, because most blocks stay as they are
-  Covisibility covisible_;
+  MaintenanceState state_;
 };
 
 }  // namespace panoptic

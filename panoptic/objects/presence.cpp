@@ -11,14 +11,11 @@
 
 #include "panoptic/map/space_cells.h"
 #include "panoptic/map/voxel_grid.h"
+#include "panoptic/objects/thing_shape.h"
 
 namespace panoptic {
 namespace {
 
-// Two boxes of one thing seen from other sides differ by as much along an edge.
-constexpr double kLeastAlike = 0.5;
-constexpr double kLeastArea_m2 = 0.02;   // two hands: masks that miss leave smaller crumbs
-constexpr double kLeastFilled = 0.25;    // of the largest side of its box: a chair fills half of it
 constexpr double kBeside_m = 0.1;        // so near to a floor or a wall nothing is known to be free
 constexpr std::uint64_t kLeastCame = 8;  // one part in so many: a thing that was always there has 3 % in free space, by errors
 constexpr double kAtOnce_s = ObjectPresence::kStay_s + 1;  // what comes into free space is masked until it has stayed
@@ -42,65 +39,31 @@ std::vector<VoxelIndex> voxels_of(const LostSurface& lost) {
   return all;
 }
 
-// The surface voxels with these labels, which ascend, in one pass over the map.
-std::map<LabelSlot, std::vector<VoxelIndex>> voxels_of(const std::vector<LabelSlot>& labels, const VoxelMap& map) {
+// A flag for each label.
+using LabelFlags = std::vector<bool>;
+
+// Labels come in long runs.
+bool holds_any(const VoxelBlock& block, const LabelFlags& wanted) {
+  for (int n = 0; n < kBlockBricks; ++n) {
+    const Brick& brick = block.brick(n);
+    const std::uint16_t* labels = brick.plane(WordPlane::kLabel);
+    for (int i = 0; i < brick.count(); ++i) {
+      if ((i == 0 || labels[i] != labels[i - 1]) && wanted[labels[i]]) return true;
+    }
+  }
+  return false;
+}
+
+// The surface voxels with the wanted labels, in one pass over the map.
+std::map<LabelSlot, std::vector<VoxelIndex>> voxels_of(const LabelFlags& wanted, const VoxelMap& map) {
   std::map<LabelSlot, std::vector<VoxelIndex>> voxels;
-  for (Slot slot = 0; slot < map.block_count() && !labels.empty(); ++slot) {
+  for (Slot slot = 0; slot < map.block_count(); ++slot) {
+    if (!holds_any(map.block(slot), wanted)) continue;
     visit_surface(map.block(slot), map.index_of(slot), map.voxel_size_m(), [&](LabelSlot label, const VoxelIndex& at) {
-      if (std::binary_search(labels.begin(), labels.end(), label)) voxels[label].push_back(at);
+      if (wanted[number(label)]) voxels[label].push_back(at);
     });
   }
   return voxels;
-}
-
-// The box around the voxels without the outermost fiftieth at either end of each axis: masks reach over borders now and then.
-ExtentBox trimmed_box(std::vector<VoxelIndex> voxels, double voxel_m) {
-  constexpr std::size_t kTrimmed = 50;
-  ExtentBox box;
-  const std::size_t cut = voxels.size() / kTrimmed;
-  Vec3d sum = Vec3d::Zero();
-  for (const VoxelIndex& at : voxels) sum += Vec3d(at[0], at[1], at[2]);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::sort(voxels.begin(), voxels.end(), [&](const VoxelIndex& a, const VoxelIndex& b) { return a[axis] < b[axis]; });
-    const auto a = static_cast<Eigen::Index>(axis);
-    box.min_m[a] = voxel_m * voxels[cut][axis];
-    box.max_m[a] = voxel_m * (voxels[voxels.size() - 1 - cut][axis] + 1);
-    box.center_m[a] = voxel_m * (sum[a] / static_cast<double>(voxels.size()) + 0.5);
-  }
-  return box;
-}
-
-// The voxels of the part that hangs together, brick by brick, and is most of them; none if there is no such part. Masks that miss
-// leave crumbs elsewhere.
-std::vector<VoxelIndex> main_part(const std::vector<VoxelIndex>& voxels) {
-  std::map<CellIndex, std::vector<VoxelIndex>> bricks;
-  for (const VoxelIndex& at : voxels) bricks[{at[0] >> 2, at[1] >> 2, at[2] >> 2}].push_back(at);
-  std::vector<VoxelIndex> largest;
-  while (!bricks.empty()) {
-    std::vector<VoxelIndex> part;
-    std::vector<CellIndex> queue{bricks.begin()->first};
-    for (std::size_t n = 0; n < queue.size(); ++n) {
-      const CellIndex cell = queue[n];
-      const auto brick = bricks.find(cell);
-      if (brick == bricks.end()) continue;
-      part.insert(part.end(), brick->second.begin(), brick->second.end());
-      bricks.erase(brick);
-      for (int k = 0; k < kNeighbours; ++k) {
-        const BlockIndex step = step_to(k);
-        const CellIndex beside{cell[0] + step.x, cell[1] + step.y, cell[2] + step.z};
-        if (bricks.contains(beside)) queue.push_back(beside);
-      }
-    }
-    if (part.size() > largest.size()) largest = std::move(part);
-  }
-  if (2 * largest.size() <= voxels.size()) largest.clear();
-  return largest;
-}
-
-// The middle of the voxel lies in the box, made so much wider at each side.
-bool is_inside(const ExtentBox& box, const VoxelIndex& at, double voxel_m, double wider_m) {
-  const Vec3d middle_m = (Vec3d(at[0], at[1], at[2]) + Vec3d::Constant(0.5)) * voxel_m;
-  return ((middle_m - box.min_m).array() > -wider_m).all() && ((box.max_m - middle_m).array() > -wider_m).all();
 }
 
 // Two views from different places looked through the voxel, and none has seen a surface there since.
@@ -122,36 +85,19 @@ struct SurfaceCount {
   std::uint64_t empty = 0;  // where views see nothing
 };
 
-std::map<LabelSlot, SurfaceCount> count_surface(const PanopticMap& map) {
+std::map<LabelSlot, SurfaceCount> count_surface(const PanopticMap& map, const LabelFlags& wanted) {
   std::map<LabelSlot, SurfaceCount> counts;
   for (Slot slot = 0; slot < map.voxels.block_count(); ++slot) {
-    visit_surface(map.voxels.block(slot), map.voxels.index_of(slot), map.voxels.voxel_size_m(),
-                  [&](LabelSlot label, const VoxelIndex& at) {
-                    if (!map.labels.is_object(label)) return;
-                    SurfaceCount& count = counts[label];
-                    ++count.all;
-                    if (is_seen_empty(map.free_space, at)) ++count.empty;
-                  });
+    const VoxelBlock& block = map.voxels.block(slot);
+    if (!holds_any(block, wanted)) continue;
+    visit_surface(block, map.voxels.index_of(slot), map.voxels.voxel_size_m(), [&](LabelSlot label, const VoxelIndex& at) {
+      if (!wanted[number(label)]) return;
+      SurfaceCount& count = counts[label];
+      ++count.all;
+      if (is_seen_empty(map.free_space, at)) ++count.empty;
+    });
   }
   return counts;
-}
-
-// The surface that so many voxels around it are of.
-double area_of(std::uint64_t voxels, double voxel_m) {
-  return static_cast<double>(voxels) / (2 * double{kSurfaceBand_voxels}) * voxel_m * voxel_m;
-}
-
-// Puts down where a thing was that this surface is left of, and whether there is as much of it as of a thing: it hangs together,
-// and fills a good part of a side of its box. Where a network saw something on the surface of another thing, which still stands
-// there, crumbs were looked through that lie far apart.
-bool is_thing(const std::vector<VoxelIndex>& surface, double voxel_m, PastObject& past) {
-  const std::vector<VoxelIndex> body = main_part(surface);
-  if (body.empty()) return false;
-  past.voxels = body.size();
-  past.box = trimmed_box(body, voxel_m);
-  const double area_m2 = area_of(body.size(), voxel_m);
-  const Vec3d edges = past.box.max_m - past.box.min_m;
-  return area_m2 >= kLeastArea_m2 && area_m2 >= kLeastFilled * edges.prod() / edges.minCoeff();
 }
 
 // The surface of an object is all that it had, or else that which is at the place that is empty now: masks that reach too far
@@ -171,26 +117,25 @@ bool find_place(std::vector<VoxelIndex> lost, const std::vector<VoxelIndex>& hel
   return is_thing(all, voxel_m, past);
 }
 
-// Forgets every voxel with this label, and what frames voted for it elsewhere: else the regularizer brought it back.
-void clear_label(LabelSlot label, FrameVotes& votes, VoxelMap& map) {
+// Forgets every voxel with these labels, and what frames voted for them elsewhere: else the regularizer brought them back.
+void clear_labels(const LabelFlags& cleared, FrameVotes& votes, VoxelMap& map) {
   for (Slot slot = 0; slot < map.block_count(); ++slot) {
-    bool changed = false;
+    if (!holds_any(std::as_const(map).block(slot), cleared)) continue;
     for (int b = 0; b < kBlockBricks; ++b) {
       std::uint64_t own = 0;
       const Brick& brick = std::as_const(map).block(slot).brick(b);
       for (std::uint64_t left = brick.stored(); left != 0; left &= left - 1) {
         const int v = std::countr_zero(left);
-        own |= std::uint64_t{brick.label(v) == number(label)} << v;
+        own |= std::uint64_t{cleared[brick.label(v)]} << v;
       }
       if (own == 0) continue;
       map.block(slot).forget(b, own);
       votes.forget(slot, b, own);
-      changed = true;
     }
-    if (changed) map.mark_changed(slot);
+    map.mark_changed(slot);
   }
-  std::vector<bool> others(std::size_t{number(LabelSlot::kNoVote)} + 1, true);
-  others[number(label)] = false;
+  LabelFlags others = cleared;
+  others.flip();
   votes.forget_unused(others);
 }
 
@@ -206,28 +151,6 @@ PastObject past_of(const Object& object, const ObjectRegistry& objects) {
   past.last_frame = object.last_frame;
   past.observations = object.observations;
   return past;
-}
-
-// The smaller of two sizes as a share of the larger one.
-double share(double a, double b) { return std::min(a, b) / std::max({a, b, 1e-6}); }
-
-// How alike two boxes are, whichever way they stand: the product of the shares of their edges; 0 if they cannot be of one thing.
-double likeness(const ExtentBox& a, const ExtentBox& b) {
-  const auto edges = [](const ExtentBox& box) {
-    std::array<double, 3> e{};
-    for (int axis = 0; axis < 3; ++axis) e[static_cast<std::size_t>(axis)] = box.max_m[axis] - box.min_m[axis];
-    std::sort(e.begin(), e.end());
-    return e;
-  };
-  const auto ea = edges(a);
-  const auto eb = edges(b);
-  double alike = 1;
-  for (std::size_t n = 0; n < 3; ++n) {
-    const double edge = share(ea[n], eb[n]);
-    if (edge < kLeastAlike) return 0;
-    alike *= edge;
-  }
-  return alike;
 }
 
 }  // namespace
@@ -295,37 +218,49 @@ std::map<PanopticId, LostSurface> ObjectPresence::still_lost(const PanopticMap& 
   return left;
 }
 
+// By label, whether most of what the object had is gone or lies where views see nothing.
+std::vector<bool> ObjectPresence::gone_labels(const PanopticMap& map) {
+  LabelFlags may_be_gone(kLabelSlots, false);
+  for (const auto& [id, lost] : state_.lost) {
+    const Object& object = *map.objects.find(id);
+    may_be_gone[number(object.slot)] = lost.count() > 0 && object.last_frame <= lost.frame;
+  }
+  LabelFlags are_gone(kLabelSlots, false);
+  const std::map<LabelSlot, SurfaceCount> surface = count_surface(map, may_be_gone);
+  for (auto& [id, lost] : state_.lost) {
+    const LabelSlot label = map.objects.find(id)->slot;
+    const auto counted = surface.find(label);
+    const SurfaceCount held = counted == surface.end() ? SurfaceCount{} : counted->second;
+    lost.looked_at = lost.count();
+    are_gone[number(label)] = may_be_gone[number(label)] && lost.looked_at + held.empty >= held.all - held.empty;
+  }
+  return are_gone;
+}
+
 void ObjectPresence::find_gone(const Rules& rules, FrameVotes& votes, PanopticMap& map) {
   if (!has_news(rules.is_last)) return;
   state_.lost = still_lost(map);
-  const std::map<LabelSlot, SurfaceCount> surface = count_surface(map);
+  const LabelFlags are_gone = gone_labels(map);
   map.voxels.begin_epoch();  // what is cleared changes after what others have seen or saved
-  for (auto entry = state_.lost.begin(); entry != state_.lost.end();) {
-    auto& [id, lost] = *entry;
+  if (std::find(are_gone.begin(), are_gone.end(), true) == are_gone.end()) return;
+  std::map<LabelSlot, std::vector<VoxelIndex>> left = voxels_of(are_gone, map.voxels);
+  for (const auto& [id, lost] : state_.lost) {
     const Object& object = *map.objects.find(id);
-    const auto counted = surface.find(object.slot);
-    const SurfaceCount held = counted == surface.end() ? SurfaceCount{} : counted->second;
-    const std::uint64_t gone = lost.count();
-    if (gone + held.empty < held.all - held.empty || gone == 0 || object.last_frame > lost.frame) {
-      lost.looked_at = gone;
-      ++entry;
-      continue;
-    }
+    if (!are_gone[number(object.slot)]) continue;
     PastObject past = past_of(object, map.objects);
     past.gone_frame = lost.frame;
     const bool is_known = past.observations >= rules.min_observations && past.class_id != ClassId::kUnknown;
-    const std::vector<VoxelIndex> left = voxels_of(std::vector{object.slot}, map.voxels)[object.slot];
-    if (is_known && find_place(voxels_of(lost), left, map, past)) map.history.past.push_back(past);
-    clear_label(object.slot, votes, map.voxels);
-    entry = state_.lost.erase(entry);
+    if (is_known && find_place(voxels_of(lost), left[object.slot], map, past)) map.history.past.push_back(past);
   }
+  std::erase_if(state_.lost, [&](const auto& entry) { return are_gone[number(map.objects.find(entry.first)->slot)]; });
+  clear_labels(are_gone, votes, map.voxels);
 }
 
 // Objects that were not always there, ascending. Much of a thing that comes is in cells of which nothing was known: beside a
 // wall, or where little was looked at. So a part of its surface in free space is enough, if that is as much as of a thing, and
 // came up when the object was first seen: what is seen there by errors comes up at any time. Of what no network ever saw it is
 // not known since when it is an object.
-std::vector<LabelSlot> ObjectPresence::appeared(const TimeOf& time_of, const PanopticMap& map) const {
+std::vector<bool> ObjectPresence::appeared(const TimeOf& time_of, const PanopticMap& map) const {
   struct Arrived {
     std::uint64_t all = 0;      // voxels
     std::uint64_t came = 0;     // of them in cells that were free
@@ -345,11 +280,11 @@ std::vector<LabelSlot> ObjectPresence::appeared(const TimeOf& time_of, const Pan
                     if (time_of(came->second) - kAtOnce_s <= time_of(object->first_frame)) ++arrived.at_once;
                   });
   }
-  std::vector<LabelSlot> appeared;
+  LabelFlags appeared(kLabelSlots, false);
   for (const auto& [label, arrived] : surface) {
     const bool is_part = kLeastCame * arrived.at_once >= arrived.all &&
                          area_of(arrived.at_once, double{map.voxels.voxel_size_m()}) >= kLeastArea_m2;
-    if (2 * arrived.came > arrived.all || is_part) appeared.push_back(label);
+    appeared[number(label)] = 2 * arrived.came > arrived.all || is_part;
   }
   return appeared;
 }
@@ -378,7 +313,7 @@ void ObjectPresence::find_arrivals(const TimeOf& time_of, PanopticMap& map) cons
       const bool may_be = past.class_id == map.objects.class_of(label) && past.last_frame < object.first_frame &&
                           past.moved_to == PanopticId::kUnknown;
       if (!may_be) continue;
-      const double alike = likeness(past.box, box) * share(static_cast<double>(past.voxels), static_cast<double>(body.size()));
+      const double alike = likeness(past.box, box) * share_of(static_cast<double>(past.voxels), static_cast<double>(body.size()));
       if (alike > 0) matches.push_back({alike, label, &past});
     }
   }

@@ -51,7 +51,8 @@ class ObjectPresence {
 
  private:
   bool has_news(bool is_last) const;
-  std::vector<LabelSlot> appeared(const TimeOf& time_of, const PanopticMap& map) const;
+  std::vector<bool> gone_labels(const PanopticMap& map);
+  std::vector<bool> appeared(const TimeOf& time_of, const PanopticMap& map) const;
   std::map<PanopticId, LostSurface> still_lost(const PanopticMap& map) const;
 
   PresenceState state_;

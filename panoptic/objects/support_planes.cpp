@@ -89,18 +89,19 @@ Vec3d place_m(const SurfaceVoxel& p, double voxel_m) {
 
 Vec3d vertical(const VoxelMap& map, const SurfaceVoxels& surface, const Vec3d& up) {
   constexpr double kCosines[] = {0.7, 0.85, 0.95, 0.985, 0.985};
-  constexpr std::uint32_t kEvery = 5;
-  std::vector<Vec3d> normals((surface.size() + kEvery - 1) / kEvery);
+  constexpr std::uint32_t kMostAsked = 200'000;  // a few square metres of floor are enough
+  const auto every = std::max<std::uint32_t>(5, static_cast<std::uint32_t>(surface.size()) / kMostAsked);
+  std::vector<Vec3d> normals((surface.size() + every - 1) / every);
   parallel_for(surface.block_count(), [&](std::size_t slot) {
     const auto [first, end] = surface.range_of(static_cast<Slot>(slot));
-    for (std::uint32_t i = (first + kEvery - 1) / kEvery * kEvery; i < end; i += kEvery) {
-      normals[i / kEvery] = unchecked_normal(map.block(static_cast<Slot>(slot)), surface.place_of(i).second);
+    for (std::uint32_t i = (first + every - 1) / every * every; i < end; i += every) {
+      normals[i / every] = unchecked_normal(map.block(static_cast<Slot>(slot)), surface.place_of(i).second);
     }
   });
   // Most normals never come near the direction, and to look at the weights takes as long as the normal.
   std::vector<bool> checked(normals.size(), false);
   const auto check = [&](std::size_t k) {
-    const auto [slot, voxel] = surface.place_of(static_cast<std::uint32_t>(k) * kEvery);
+    const auto [slot, voxel] = surface.place_of(static_cast<std::uint32_t>(k) * every);
     if (!neighbours_observed(map.block(slot), voxel)) normals[k] = Vec3d::Zero();
     checked[k] = true;
   };

@@ -68,6 +68,8 @@ class SurfaceVoxels {
   // The first surface voxel of a block and one past its last.
   std::pair<std::uint32_t, std::uint32_t> range_of(Slot slot) const { return {first_of_slot_[slot], first_of_slot_[slot + 1]}; }
 
+  const NeighbourSlots& neighbours_of(Slot slot) const { return blocks_[slot].neighbours; }
+
   // Bits of every label that the map holds in this block, surface or not; seldom of others.
   const LabelBits& label_bits(Slot slot) const { return blocks_[slot].label_bits; }
   // Notes that the map's labels were renamed and the block may hold these as well.

@@ -37,7 +37,7 @@ TEST(MapFormat, OneStillLoads) {
   ASSERT_EQ(frames.size(), 12U);
   const MapperState state = mapper_state(saved, frames);
   EXPECT_EQ(state.frames.used(), 12U);
-  EXPECT_EQ(state.covisibility.size(), 1496U / 8);
+  EXPECT_EQ(state.maintenance.covisible.size(), 1496U / 8);
   EXPECT_EQ(state.regularizer.handled.size(), 18U);
 }
 
@@ -74,7 +74,7 @@ TEST(MapFormat, TwoStillLoads) {
   EXPECT_EQ(saved.options.max_weight, 10000);
   const MapperState state = mapper_state(saved, load_frames(path));
   EXPECT_EQ(state.frames.used(), 40U);
-  EXPECT_EQ(state.covisibility.size(), 4836U / 12);
+  EXPECT_EQ(state.maintenance.covisible.size(), 4836U / 12);
   std::size_t votes = 0;
   for (const auto& of_block : state.regularizer.votes) votes += of_block.size();
   EXPECT_EQ(votes, (16582U - 24 * 2) / 14);

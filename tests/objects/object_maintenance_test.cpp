@@ -74,6 +74,40 @@ TEST(ObjectMaintenance, IsTheSameAtAnyThreadCount) {
   EXPECT_EQ(counts[0], counts[1]);
 }
 
+TEST(ObjectMaintenance, LooksAtWhatChangedAlone) {
+  World world = busy_world();
+  const std::uint64_t before = world.map.voxels.hash();
+  world.maintenance.restore({{}, world.map.voxels.epoch()});
+  world.run();
+  EXPECT_EQ(world.map.voxels.hash(), before) << "nothing changed since";
+  world.maintenance.restore({});
+  world.run();
+  EXPECT_NE(world.map.voxels.hash(), before);
+}
+
+// A row of tables and chairs grows; each step has a chair that touches the one of the step before.
+TEST(ObjectMaintenance, WhatChangedIsEnoughToLookAt) {
+  World looks_at_changes;
+  World looks_at_all;
+  for (int step = 0; step < 8; ++step) {
+    for (World* world : {&looks_at_changes, &looks_at_all}) {
+      const Vec3d at(0.8 * step, 0, 0);
+      const LabelSlot chair = world->seen(kChair);
+      const LabelSlot half = world->seen(kChair);
+      const std::vector<test::Solid> solids = {solid_ground(kUp, -0.1, stuff(kFloor)),
+                                               solid_box(at + Vec3d(0, 0, 0.55), at + Vec3d(0.8, 0.4, 0.7), stuff(kTable)),
+                                               solid_box(at + Vec3d(0.3, 0.1, 0.6), at + Vec3d(0.5, 0.3, 0.9), stuff(kTable)),
+                                               solid_box(at + Vec3d(0, -0.8, -0.2), at + Vec3d(0.7, -0.6, 0.4), chair),
+                                               solid_box(at + Vec3d(0.7, -0.8, -0.2), at + Vec3d(0.8, -0.6, 0.4), half)};
+      test::add_solids(world->map.voxels, solids, at + Vec3d(-0.1, -0.9, -0.2), at + Vec3d(0.9, 0.6, 1.2));
+      if (world == &looks_at_all) world->maintenance.restore({world->maintenance.state().covisible, 0});
+      world->run();
+    }
+    EXPECT_EQ(looks_at_changes.map.voxels.hash(), looks_at_all.map.voxels.hash()) << "step " << step;
+  }
+  EXPECT_LE(looks_at_changes.ids().size(), 8U + 8U) << "halves were merged, and what stands on the tables was carved";
+}
+
 TEST(ObjectMaintenance, TouchesLabelsAloneAndMarksEveryBlockThatItChanges) {
   World world = busy_world();
   const World before = busy_world();
