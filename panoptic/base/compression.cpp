@@ -15,6 +15,10 @@ namespace panoptic {
 namespace {
 
 constexpr int kLevel = 1;  // most bytes are noise of the sensor: higher levels take longer and gain half a percent
+// Noise: repetitions are looked for at every 200th byte, and the bytes still packed by how frequent they are (ZSTD_ps_enable
+// of ZSTD_c_literalCompressionMode, which zstd.h has under this name), as they would not be at such a level.
+constexpr int kNoiseLevel = -200;
+constexpr ZSTD_cParameter kByFrequency = ZSTD_c_experimentalParam5;
 
 }  // namespace
 
@@ -28,9 +32,11 @@ struct Compressor::State {
   ZSTD_CCtx* context = ZSTD_createCCtx();
 };
 
-Compressor::Compressor() : state_(std::make_unique<State>()) {
+Compressor::Compressor(Contents contents) : state_(std::make_unique<State>()) {
   if (state_->context == nullptr) throw std::bad_alloc();
-  ZSTD_CCtx_setParameter(state_->context, ZSTD_c_compressionLevel, kLevel);
+  const bool noise = contents == Contents::kNoise;
+  ZSTD_CCtx_setParameter(state_->context, ZSTD_c_compressionLevel, noise ? kNoiseLevel : kLevel);
+  if (noise) ZSTD_CCtx_setParameter(state_->context, kByFrequency, 1);
 }
 
 Compressor::~Compressor() { ZSTD_freeCCtx(state_->context); }
