@@ -3,6 +3,7 @@
 #include "panoptic/map_file.h"
 
 #include "fuzz/input.h"
+#include "panoptic/map/frame_images.h"
 #include "panoptic/mapfile/log_rows.h"
 
 namespace panoptic::fuzz {
@@ -13,7 +14,11 @@ void map_file(Input input) {
   const std::filesystem::path path = kScratch.put("a.panoptic", input);
   succeeds([&] { load_map(path); });
   succeeds([&] { load_frames(path); });
-  succeeds([&] { load_log(path); });
+  succeeds([&] {
+    for (const FrameLog::Entry& entry : load_log(path)) {
+      if (entry.images) unpack_images(*entry.images->packed());
+    }
+  });
 }
 
 }  // namespace panoptic::fuzz
