@@ -50,16 +50,16 @@ Bytes Compressor::compress(std::span<const std::span<const std::uint8_t>> parts)
   }
   ZSTD_CCtx_reset(state_->context, ZSTD_reset_session_only);
   ZSTD_CCtx_setPledgedSrcSize(state_->context, size);
-  Bytes frame(bound + 32);
-  ZSTD_outBuffer out{frame.data(), frame.size(), 0};
+  bound += 32;
+  const auto frame = std::make_unique_for_overwrite<std::uint8_t[]>(bound);
+  ZSTD_outBuffer out{frame.get(), bound, 0};
   for (std::size_t i = 0; i < parts.size(); ++i) {
     ZSTD_inBuffer in{parts[i].data(), parts[i].size(), 0};
     const ZSTD_EndDirective then = i + 1 == parts.size() ? ZSTD_e_end : ZSTD_e_flush;
     const std::size_t left = ZSTD_compressStream2(state_->context, &out, &in, then);
     if (ZSTD_isError(left) != 0 || left != 0) throw Error("compression failed: " + std::string(ZSTD_getErrorName(left)));
   }
-  frame.resize(out.pos);
-  return frame;
+  return {frame.get(), frame.get() + out.pos};
 }
 
 struct Decompressor::State {

@@ -12,19 +12,25 @@ LoggedImages::LoggedImages(const Frame& frame)
     : packing_(
           std::async(std::launch::async, [whole = kept(frame)] { return std::make_shared<const Bytes>(pack_images(whole)); })) {}
 
-LoggedImages::Packing LoggedImages::packing() const {
-  const std::lock_guard lock(mutex_);
-  return packing_;
-}
-
 std::shared_ptr<const Bytes> LoggedImages::packed() const {
-  if (const Packing packing = this->packing(); packing.valid()) return packing.get();
-  return std::make_shared<const Bytes>(read_());  // set once, before packing_ was let go
+  Packing packing;
+  Read read;
+  {
+    const std::lock_guard lock(mutex_);
+    packing = packing_;
+    read = read_;
+  }
+  return packing.valid() ? packing.get() : std::make_shared<const Bytes>(read());
 }
 
 std::size_t LoggedImages::size() const {
-  const Packing packing = this->packing();
-  return packing.valid() ? packing.get()->size() : size_;
+  Packing packing;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!packing_.valid()) return size_;
+    packing = packing_;
+  }
+  return packing.get()->size();
 }
 
 void LoggedImages::let_go(Read read) {

@@ -35,7 +35,6 @@ class LoggedImages {
 
  private:
   using Packing = std::shared_future<std::shared_ptr<const Bytes>>;
-  Packing packing() const;
 
   mutable std::mutex mutex_;
   Packing packing_;  // not valid: they are in a file

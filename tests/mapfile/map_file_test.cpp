@@ -278,7 +278,7 @@ std::string complaint_after(const std::string& sql) {
 
 TEST(MapFile, RefusesOtherFormatsAndTables) {
   EXPECT_THAT(complaint_after("PRAGMA application_id = 7"), HasSubstr("not a map of panoptic"));
-  EXPECT_THAT(complaint_after("PRAGMA user_version = 6"), HasSubstr("newer panoptic"));
+  EXPECT_THAT(complaint_after("PRAGMA user_version = 7"), HasSubstr("newer panoptic"));
   EXPECT_THAT(complaint_after("PRAGMA user_version = 0"), HasSubstr("format 0"));
   EXPECT_THAT(complaint_after("DROP TABLE frames"), HasSubstr("table frames is missing"));
   EXPECT_THAT(complaint_after("CREATE TABLE mine(x)"), HasSubstr("'mine', which no map has"));
