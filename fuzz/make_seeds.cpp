@@ -16,6 +16,7 @@
 #include "panoptic/base/json.h"
 #include "panoptic/io/scannet_scan.h"
 #include "panoptic/io/sens_writer.h"
+#include "panoptic/map/frame_images.h"
 #include "panoptic/map/frame_log.h"
 #include "panoptic/map/option_fields.h"
 #include "panoptic/mapfile/block_codec.h"
@@ -238,6 +239,7 @@ translation = [0.02, 0, 0]
   for (std::size_t i = 8; i < 20; ++i) segmentation.segment_at[i] = static_cast<std::uint16_t>(1 + i % 2);
   const std::vector<PanopticId> ids = {PanopticId{44}, PanopticId{1}};
   seeds.put("corrections", "labels", {text(encode_labels(segmentation, ids))}, 0);
+  seeds.put("corrections", "images", {text(pack_images(small_frame()))}, 3);
   seeds.put("corrections", "updates",
             {R"({"at_frame": 1, "poses": [{"frame": 0, "pose": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}]})"}, 1);
   seeds.put("corrections", "by_frame", {"0 0 0 0 0 0 0 1\n7 1 2 3 0 0 0 1\n"}, 2);

@@ -53,10 +53,21 @@ PanopticMap small_map() {
   return map;
 }
 
+Frame small_frame() {
+  Frame frame;
+  frame.depth_camera = frame.color_camera = {8, 6, 7, 7, 3.5, 2.5};
+  frame.depth = Image<float>(8, 6, 1.5F);
+  frame.color = Image<Rgb>(8, 6, {90, 80, 70});
+  return frame;
+}
+
 void save_small_map(const std::filesystem::path& path) {
   const PanopticMap map = small_map();
   MapUpdate update = whole_map(map);
   update.frames = small_frames();
+  FrameLog log(1'000'000, LoggedCopies::kInMemory);
+  log.add(small_frame());
+  update.log = log_since(log, 0);
   update.notes.texts["made_by"] = "a fuzzer";
   update.notes.states["bytes"] = Bytes(100, 7);
   save_map(path, {MapOptions{}, small_labels()}, update);

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "panoptic/frame.h"
 #include "panoptic/map_file.h"
 
 namespace panoptic::fuzz {
@@ -14,6 +15,9 @@ LabelSet small_labels();
 
 // A piece of level ground in two blocks, with its objects.
 PanopticMap small_map();
+
+// A frame of a few pixels that can be used.
+Frame small_frame();
 
 void save_small_map(const std::filesystem::path& path);
 

@@ -182,7 +182,7 @@ Json info_json(const std::string& path, const SavedMap& saved, const std::vector
           {"blocks", saved.map.voxels.block_count()},
           {"observed_voxels", observed},
           {"file_bytes", bytes},
-          {"log", {{"frames", log.frames}, {"bytes", log.bytes}}},
+          {"log", {{"frames", log.frames}, {"copies", log.copies}, {"bytes", log.bytes}}},
           {"bytes_per_observed_voxel", observed > 0 ? of_map / static_cast<double>(observed) : 0.0},
           {"map_hash", fmt::format("{:016x}", saved.map.voxels.hash())},
           {"label_set", saved.map.labels.name()},
@@ -196,15 +196,16 @@ std::string info_text(const Json& j) {
   std::string text = fmt::format(
       "{}\nrecording {}\nstate     {}\nframes    {} used, {} skipped\nbounds    {:.1f} x {:.1f} x {:.1f} m from {:.2f} {:.2f} "
       "{:.2f}\n"
-      "voxels    {} observed of {} m in {} blocks, {:.1f} MB, {:.1f} bytes each\nlog       {} frames, {:.1f} MB of these\n"
+      "voxels    {} observed of {} m in {} blocks, {:.1f} MB, {:.1f} bytes each\nlog       {} frames, {} with copies of their "
+      "images, {:.1f} MB of these\n"
       "hash      {}\nlabels    {}\nobjects   {}\n",
       j["file"].get<std::string>(), j["recording"].get<std::string>(),
       j["complete"].get<bool>() ? "complete" : "a checkpoint: run --map --resume goes on from here",
       j["frames"]["used"].get<int>(), j["frames"]["skipped"].get<int>(), length(0), length(1), length(2), box("min_m", 0),
       box("min_m", 1), box("min_m", 2), j["observed_voxels"].get<std::uint64_t>(), j["voxel_size_m"].get<float>(),
       j["blocks"].get<std::size_t>(), j["file_bytes"].get<double>() / 1e6, j["bytes_per_observed_voxel"].get<double>(),
-      j["log"]["frames"].get<std::size_t>(), j["log"]["bytes"].get<double>() / 1e6, j["map_hash"].get<std::string>(),
-      j["label_set"].get<std::string>(), j["objects"].get<std::size_t>());
+      j["log"]["frames"].get<std::size_t>(), j["log"]["copies"].get<std::size_t>(), j["log"]["bytes"].get<double>() / 1e6,
+      j["map_hash"].get<std::string>(), j["label_set"].get<std::string>(), j["objects"].get<std::size_t>());
   for (const auto& [name, count] : j["objects_by_class"].items()) text += fmt::format("  {:>5} x {}\n", count.get<int>(), name);
   return text;
 }
@@ -304,9 +305,10 @@ int map_regularize(const Arguments& a) {
 
 int map_rebuild(const Arguments& a) {
   set_thread_count(a.threads);
-  const MappedRecording mapped = mapped_recording(a.map);
-  const std::string& recording = a.dataset.empty() ? mapped.recording : a.dataset;
-  const auto dataset = [&] {
+  const auto dataset = [&]() -> std::unique_ptr<Dataset> {
+    if (a.dataset.empty() && has_copies(a.map)) return nullptr;
+    const MappedRecording mapped = mapped_recording(a.map);
+    const std::string& recording = a.dataset.empty() ? mapped.recording : a.dataset;
     try {
       return open_again(recording, mapped.calibration, mapped.pair_tolerance_s, mapped.is_tracked);
     } catch (const Error& e) {
@@ -315,7 +317,7 @@ int map_rebuild(const Arguments& a) {
     }
   }();
   std::optional<Progress> progress;
-  const RebuiltFile rebuilt = rebuild_map_file(a.map, a.poses, *dataset, a.output, [&](std::size_t done, std::size_t all) {
+  const RebuiltFile rebuilt = rebuild_map_file(a.map, a.poses, dataset.get(), a.output, [&](std::size_t done, std::size_t all) {
     if (!progress) progress.emplace("frames", all);
     progress->advance(done + 1);
   });

@@ -67,7 +67,7 @@ void finish(PythonMapper& self) {
 }
 
 // Reads a frame by what Python has for that.
-ReadResult read_by(const py::function& read, std::int64_t frame) {
+ReadResult read_by(const py::object& read, std::int64_t frame) {
   const py::gil_scoped_acquire lock;
   try {
     const py::object given = read(frame);
@@ -80,14 +80,16 @@ ReadResult read_by(const py::function& read, std::int64_t frame) {
   }
 }
 
-py::dict update_poses(PythonMapper& self, const py::dict& poses, const py::function& read) {
+py::dict update_poses(PythonMapper& self, const py::dict& poses, const py::object& read) {
   const Use use(*self.use);
   std::vector<PoseUpdate> updates;
   for (const auto& [frame, pose] : poses) updates.push_back({frame.cast<std::int64_t>(), pose_from(pose, "pose")});
-  const Correction c =
-      released([&] { return self.mapper.update_poses(updates, [&](std::int64_t frame) { return read_by(read, frame); }); });
+  const ReadFrame read_frame = [&](std::int64_t frame) { return read_by(read, frame); };
+  const bool can_read = !read.is_none();
+  const Correction c = released([&] { return self.mapper.update_poses(updates, can_read ? read_frame : ReadFrame()); });
   return py::dict(py::arg("frames") = c.frames, py::arg("unknown") = c.unknown, py::arg("blocks") = c.blocks,
-                  py::arg("blocks_refused") = c.blocks_refused, py::arg("ms") = c.ms, py::arg("wait_ms") = c.wait_ms);
+                  py::arg("blocks_refused") = c.blocks_refused, py::arg("ms") = c.ms, py::arg("wait_ms") = c.wait_ms,
+                  py::arg("pause_ms") = c.pause_ms);
 }
 
 std::shared_ptr<LabelledMesh> mesh(PythonMapper& self) {
@@ -255,12 +257,12 @@ Returns an Outcome: a frame without a depth reading, say, is counted and changes
       .def("skip", &skip, py::arg("index"), py::arg("reason"), "Counts a frame that could not be read.")
       .def("regularize", &regularize, "Regularizes the labels of what changed; add does so every regularizer.every_frames.")
       .def("finish", &finish, "After the last frame. Nothing can be added any more; everything can be read.")
-      .def("update_poses", &update_poses, py::arg("poses"), py::arg("read"),
+      .def("update_poses", &update_poses, py::arg("poses"), py::arg("read") = py::none(),
            R"(The map follows corrected poses: it is fused anew from all its frames, without networks, and objects keep their ids.
 
-Needs Options(map=dict(log="reference")). poses: {frame index: (4, 4) world_from_camera}, for all frames or some. read(index): the
+Needs Options(map=dict(log="copy")), which keeps depth and colour without loss, or log="reference" and read. poses: {frame index: (4, 4) world_from_camera}, for all frames or some. read(index): the
 Frame of that index once more; its pose does not matter. Returns counts and times: frames (whose pose changed), unknown (indices that are
-not in the map), blocks, blocks_refused, ms, wait_ms. Raises Error and leaves the map as it was if a frame cannot be read again.)")
+not in the map), blocks, blocks_refused, ms, wait_ms, pause_ms. Raises Error and leaves the map as it was if a frame cannot be read again.)")
       .def("mesh", &mesh, "The surface as it is now; only what changed is extracted anew.")
       .def("map_hash", &hash, "A fingerprint of every voxel bit, as `map_hash` in report.json.")
       .def("save", &save, py::arg("path"), "Saves the map as a file for load_map, query, diff, merge and the program.")

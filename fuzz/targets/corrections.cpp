@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/input.h"
 #include "fuzz/targets.h"
+#include "panoptic/map/frame_images.h"
 #include "panoptic/map/frame_log.h"
 #include "panoptic/pose_update.h"
 
@@ -19,16 +20,28 @@ void labels(Input bytes) {
           "labels are the same after writing them");
 }
 
+// Images that can be read are the same after writing them, or as much as their sizes say.
+void images(Input bytes) {
+  constexpr std::size_t kMostBytes = 400;  // more may be 32 MB of depth
+  if (bytes.size() > kMostBytes) return;
+  const auto frame = unpack_images(bytes);
+  if (!frame) return;
+  const auto again = unpack_images(pack_images(*frame));
+  require(again && again->color == frame->color && again->depth.same_size(frame->depth.width(), frame->depth.height()),
+          "images are the same after writing them");
+}
+
 }  // namespace
 
-// The first byte says what the rest is: labels of a logged frame, corrections of a run, or a trajectory.
+// The first byte says what the rest is: labels of a logged frame, its images, corrections of a run, or a trajectory.
 void corrections(Input input) {
   static const Scratch kScratch("corrections");
   if (input.empty()) return;
-  if (input[0] % 3 == 0) return labels(input.subspan(1));
+  if (input[0] % 4 == 0) return labels(input.subspan(1));
+  if (input[0] % 4 == 3) return images(input.subspan(1));
   const std::filesystem::path path = kScratch.put("poses", input.subspan(1));
   succeeds([&] {
-    if (input[0] % 3 == 1) {
+    if (input[0] % 4 == 1) {
       read_pose_updates(path);
     } else {
       read_corrected_poses(path, {{0, 0}, {1, 0.1}, {7, 0.2}});

@@ -20,7 +20,7 @@
 
 namespace panoptic {
 
-inline constexpr std::int64_t kMapFormat = 5;  // user_version; one more for each change that older programs cannot read
+inline constexpr std::int64_t kMapFormat = 6;  // user_version; one more for each change that older programs cannot read
 
 // A position of the recording that was read: its frame, and whether and how it was used.
 struct FrameRecord {

@@ -26,7 +26,8 @@ class MapperParts;
 struct PanopticMap;  // map.h
 class Profile;
 
-// Memory grows with the mapped volume and the number of objects, and by 4 to 12 kB a frame with map.log (FrameLog). Not
+// Memory grows with the mapped volume and the number of objects, and by 4 to 12 kB a frame with map.log (FrameLog; with
+// "copy" and no map file by its images, too). Not
 // thread-safe: one thread at a time (inside, the work is spread over parallel_for's threads). The same frames give the same map,
 // bit for bit.
 class Mapper {
@@ -67,8 +68,9 @@ class Mapper {
   // tracking. Then comes object maintenance and the regularizer; after finish, all that finish does. The same poses give the same
   // map, bit for bit, whatever the map was before. Objects keep their ids; evidence is gathered from the log. Nothing changes if
   // no pose moved by more than map.pose_tolerance_m. Throws Error, and the map stays as it was: a pose that is no rigid motion, a
-  // frame that cannot be read or fused again, map.log = none, or a log that is beyond its limit.
-  Correction update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read);
+  // frame that cannot be read or fused again, map.log = none, or a log that is beyond its limit. `read`: not needed where the log
+  // has copies of the frames (map.log = copy).
+  Correction update_poses(std::span<const PoseUpdate> poses, const ReadFrame& read = {});
 
   // The surface as it is now; only blocks that changed since the last call are extracted anew.
   Mesh mesh();

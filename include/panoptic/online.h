@@ -99,7 +99,8 @@ class OnlinePipeline {
     // Told of every frame, and asked to save after each whose geometry was fused; nullptr: nobody is. The pipeline alone uses it
     // until finish returns.
     RunRecorder* recorder = nullptr;
-    // Reads a frame that was pushed once more, for update_poses, on the fusion thread or one of its own; empty: poses stay.
+    // Reads a frame that was pushed once more, for update_poses, on the fusion thread or one of its own; empty: poses stay, or
+    // are followed with the copies that the log has (map.log = copy).
     ReadFrame read_again = {};
     // Gives each frame its pose just before it is fused; a frame where the camera is lost is skipped. REQUIRES what update_poses
     // does, for its loops. nullptr: frames come with their poses. The pipeline alone uses it until finish returns.
@@ -118,7 +119,7 @@ class OnlinePipeline {
   bool push_when_free(Frame frame);
   // The map follows corrected poses (Mapper::update_poses) as soon as the frames that were pushed before are in it: dropped
   // frames have no pose there. Waits for room. Labels that come later are fused with the corrected poses. False if the run is
-  // over. What cannot be done ends the run. REQUIRES Parts::read_again, and options with map.log = "reference".
+  // over. What cannot be done ends the run. REQUIRES options with map.log = "copy", or "reference" and Parts::read_again.
   bool update_poses(std::vector<PoseUpdate> poses);
   // The map is being fused anew: frames that are pushed have to wait, or are dropped, until that is done.
   bool is_correcting() const;

@@ -52,10 +52,11 @@ struct MapOptions {
   // output folder).
   std::string swap_folder;
   // "reference": poses and labels of all used frames are kept, so that the map can follow corrected poses (Mapper::update_poses);
-  // depth and colour are read again from the recording. "none": nothing is kept. "auto": "reference" in a `panoptic run` with
-  // --map or --pose-updates, else "none".
+  // depth and colour are read again from the recording. "copy": those are kept, too, without loss; with a map file they lie
+  // there, and not in memory. "none": nothing is kept. "auto": "reference" in a `panoptic run` with --map or --pose-updates, else
+  // "none".
   std::string log = "auto";
-  int log_limit_mb = 1000;  // of 1e6 bytes; a map whose log grew beyond this cannot follow any more
+  int log_limit_mb = 1000;  // in memory, of 1e6 bytes; a map whose log grew beyond this cannot follow any more
   // A frame whose pose is corrected by less keeps its pose: what a point 2 m before the camera moves at most.
   float pose_tolerance_m = 0.002F;
 };

@@ -4,6 +4,7 @@
 // Numbers as bytes, lowest first, on any machine.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -47,6 +48,10 @@ class ByteReader {
     }
   }
 
+  void skip(std::size_t count) {
+    is_short_ = is_short_ || count > left_.size();
+    left_ = left_.subspan(std::min(count, left_.size()));
+  }
   std::size_t left() const { return left_.size(); }
   bool is_short() const { return is_short_; }  // more was taken than there was
 

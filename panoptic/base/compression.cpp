@@ -15,6 +15,10 @@ namespace panoptic {
 namespace {
 
 constexpr int kLevel = 1;  // most bytes are noise of the sensor: higher levels take longer and gain half a percent
+// Noise: repetitions are looked for at every 200th byte, and the bytes still packed by how frequent they are (ZSTD_ps_enable
+// of ZSTD_c_literalCompressionMode, which zstd.h has under this name), as they would not be at such a level.
+constexpr int kNoiseLevel = -200;
+constexpr ZSTD_cParameter kByFrequency = ZSTD_c_experimentalParam5;
 
 }  // namespace
 
@@ -28,9 +32,11 @@ struct Compressor::State {
   ZSTD_CCtx* context = ZSTD_createCCtx();
 };
 
-Compressor::Compressor() : state_(std::make_unique<State>()) {
+Compressor::Compressor(Contents contents) : state_(std::make_unique<State>()) {
   if (state_->context == nullptr) throw std::bad_alloc();
-  ZSTD_CCtx_setParameter(state_->context, ZSTD_c_compressionLevel, kLevel);
+  const bool noise = contents == Contents::kNoise;
+  ZSTD_CCtx_setParameter(state_->context, ZSTD_c_compressionLevel, noise ? kNoiseLevel : kLevel);
+  if (noise) ZSTD_CCtx_setParameter(state_->context, kByFrequency, 1);
 }
 
 Compressor::~Compressor() { ZSTD_freeCCtx(state_->context); }
@@ -44,16 +50,16 @@ Bytes Compressor::compress(std::span<const std::span<const std::uint8_t>> parts)
   }
   ZSTD_CCtx_reset(state_->context, ZSTD_reset_session_only);
   ZSTD_CCtx_setPledgedSrcSize(state_->context, size);
-  Bytes frame(bound + 32);
-  ZSTD_outBuffer out{frame.data(), frame.size(), 0};
+  bound += 32;
+  const auto frame = std::make_unique_for_overwrite<std::uint8_t[]>(bound);
+  ZSTD_outBuffer out{frame.get(), bound, 0};
   for (std::size_t i = 0; i < parts.size(); ++i) {
     ZSTD_inBuffer in{parts[i].data(), parts[i].size(), 0};
     const ZSTD_EndDirective then = i + 1 == parts.size() ? ZSTD_e_end : ZSTD_e_flush;
     const std::size_t left = ZSTD_compressStream2(state_->context, &out, &in, then);
     if (ZSTD_isError(left) != 0 || left != 0) throw Error("compression failed: " + std::string(ZSTD_getErrorName(left)));
   }
-  frame.resize(out.pos);
-  return frame;
+  return {frame.get(), frame.get() + out.pos};
 }
 
 struct Decompressor::State {

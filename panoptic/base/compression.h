@@ -18,10 +18,13 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr std::uint64_t kEmptyChecksum = 0xCBF29CE484222325U;
 std::uint64_t checksum(std::span<const std::uint8_t> bytes, std::uint64_t before = kEmptyChecksum);
 
+// The nature of bytes. kNoise: it is their statistics that count, for hardly anything repeats; half the time.
+enum class Contents : std::uint8_t { kRepeating, kNoise };
+
 // Both keep their working memory: one per thread.
 class Compressor {
  public:
-  Compressor();
+  explicit Compressor(Contents contents = Contents::kRepeating);
   ~Compressor();
   Compressor(const Compressor&) = delete;
   Compressor& operator=(const Compressor&) = delete;

@@ -17,6 +17,7 @@ namespace panoptic {
 namespace {
 
 constexpr std::size_t kEntryBytes = sizeof(FrameLog::Entry) + 64;  // with its place in the index
+constexpr std::size_t kPackedAtOnce = 4;                           // frames whose copies are being packed
 constexpr std::uint32_t kMostSide_px = 16384;
 constexpr std::uint32_t kMostPixels = 1U << 26;
 
@@ -198,11 +199,11 @@ std::optional<LoggedLabels> decode_labels(std::span<const std::uint8_t> bytes, L
   return labels;
 }
 
-FrameLog::FrameLog(std::vector<Entry> entries, std::size_t limit_bytes)
-    : limit_bytes_(limit_bytes), entries_(std::move(entries)) {
+FrameLog::FrameLog(std::vector<Entry> entries, std::size_t limit_bytes, LoggedCopies copies)
+    : limit_bytes_(limit_bytes), copies_(copies), entries_(std::move(entries)), counted_(entries_.size()) {
   for (std::size_t n = 0; n < entries_.size(); ++n) {
     place_of_.emplace(entries_[n].frame, n);
-    entries_[n].changed_at = clock_;
+    entries_[n].added_at = entries_[n].changed_at = clock_;
     bytes_ += bytes_of(entries_[n]);
   }
 }
@@ -210,8 +211,25 @@ FrameLog::FrameLog(std::vector<Entry> entries, std::size_t limit_bytes)
 void FrameLog::add(const Frame& frame) {
   if (bytes_ >= limit_bytes_) return;
   place_of_[frame.index] = entries_.size();
-  entries_.push_back({frame.index, frame.time_s, frame.world_from_camera, nullptr, ++clock_});
-  bytes_ += bytes_of(entries_.back());
+  Entry& entry = entries_.emplace_back(Entry{frame.index, frame.time_s, frame.world_from_camera});
+  entry.added_at = entry.changed_at = ++clock_;
+  bytes_ += bytes_of(entry);
+  if (copies_ == LoggedCopies::kNone) return;
+  entry.images = std::make_shared<LoggedImages>(frame);
+  count_packed();
+}
+
+// Always the same number of frames later, so that the limit is reached at the same frame however fast the threads are.
+void FrameLog::count_packed() {
+  for (; counted_ + kPackedAtOnce < entries_.size(); ++counted_) {
+    const std::size_t size = entries_[counted_].images->size();
+    packed_bytes_ += size;
+    if (copies_ == LoggedCopies::kInMemory) bytes_ += size;
+  }
+}
+
+void FrameLog::copy_to_file() {
+  if (copies_ == LoggedCopies::kInMemory) copies_ = LoggedCopies::kInFile;
 }
 
 void FrameLog::set_labels(std::int64_t frame, const Segmentation& segmentation, std::span<const PanopticId> ids) {

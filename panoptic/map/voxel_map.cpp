@@ -70,11 +70,11 @@ Fields fields(MapOptions& o) {
   all.push_back({"swap_folder", &o.swap_folder, "where that file lies; empty: the output folder", {}});
   all.push_back(
       {"log", &o.log,
-       "reference: keep poses and labels of all frames, so that the map can follow corrected poses; none; auto: reference "
-       "for run --map",
-       one_of({"auto", "reference", "none"})});
-  all.push_back({"log_limit_mb", &o.log_limit_mb, "megabytes that these may take; a map with more cannot follow any longer",
-                 in_range(1, 1e6)});
+       "reference: keep poses and labels of all frames, so that the map can follow corrected poses; copy: depth and colour, too, "
+       "which are else read again from the recording; none; auto: reference for run --map",
+       one_of({"auto", "reference", "copy", "none"})});
+  all.push_back({"log_limit_mb", &o.log_limit_mb,
+                 "megabytes of memory that these may take; a map with more cannot follow any longer", in_range(1, 1e6)});
   all.push_back({"pose_tolerance_m", &o.pose_tolerance_m,
                  "a corrected pose counts if it moves a point 2 m before the camera by more than this", in_range(0, 1)});
   return all;

@@ -9,6 +9,7 @@
 
 #include "panoptic/base/bytes.h"
 #include "panoptic/base/compression.h"
+#include "panoptic/mapfile/image_rows.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_schema.h"
 
@@ -43,10 +44,11 @@ std::int64_t sum_of(const LogRow& row, std::int64_t size, std::span<const std::u
 
 }  // namespace
 
-std::vector<LogRow> log_since(const FrameLog& log, std::uint64_t clock) {
+std::vector<LogRow> log_since(const FrameLog& log, std::uint64_t clock, std::uint64_t images) {
   std::vector<LogRow> rows;
   for (std::size_t n = 0; n < log.size(); ++n) {
-    if (log.entries()[n].changed_at > clock) rows.push_back({n, log.entries()[n]});
+    const FrameLog::Entry& entry = log.entries()[n];
+    if (entry.changed_at > clock) rows.push_back({n, entry, entry.added_at > images});
   }
   return rows;
 }
@@ -69,7 +71,8 @@ void put_log(const Database& database, const std::vector<LogRow>& rows) {
 std::vector<FrameLog::Entry> load_log(const std::filesystem::path& path) {
   Database database(path, DatabaseAccess::kRead);
   std::vector<FrameLog::Entry> entries;
-  if (require_map(database) < 4) return entries;
+  const std::int64_t format = require_map(database);
+  if (format < 4) return entries;
   Statement row(database, "SELECT number, frame, time_s, pose, size, labels, checksum FROM frame_log ORDER BY number");
   Decompressor decompressor;
   while (row.step()) {
@@ -94,16 +97,22 @@ std::vector<FrameLog::Entry> load_log(const std::filesystem::path& path) {
     if (size > 0) read.entry.labels = std::make_shared<const FrameLog::Bytes>(std::move(labels));
     entries.push_back(std::move(read.entry));
   }
+  if (format > 5) find_images(database, entries);
   return entries;
 }
 
 LogSize size_of_log(const std::filesystem::path& path) {
   constexpr std::uint64_t kRowBytes = 150;  // with the pose
   Database database(path, DatabaseAccess::kRead);
-  if (require_map(database) < 4) return {};
+  const std::int64_t format = require_map(database);
+  if (format < 4) return {};
   const auto frames = static_cast<std::uint64_t>(database.integer("SELECT count(*) FROM frame_log"));
   const auto labels = static_cast<std::uint64_t>(database.integer("SELECT ifnull(sum(length(labels)), 0) FROM frame_log"));
-  return {static_cast<std::size_t>(frames), labels + frames * kRowBytes};
+  LogSize size{static_cast<std::size_t>(frames), 0, labels + frames * kRowBytes};
+  if (format < 6) return size;
+  size.copies = static_cast<std::size_t>(database.integer("SELECT count(*) FROM frame_images JOIN frame_log USING (number)"));
+  size.bytes += static_cast<std::uint64_t>(database.integer("SELECT ifnull(sum(length(images)), 0) FROM frame_images"));
+  return size;
 }
 
 }  // namespace panoptic

@@ -17,6 +17,7 @@
 #include "panoptic/map/option_fields.h"
 #include "panoptic/mapfile/block_codec.h"
 #include "panoptic/mapfile/history_rows.h"
+#include "panoptic/mapfile/image_rows.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapfile/map_rows.h"
 #include "panoptic/mapfile/map_schema.h"
@@ -280,6 +281,7 @@ void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
     put_blocks(database, update.blocks, encoded);
     put_space(database, update.space);
     put_log(database, update.log);
+    put_images(database, update.log);
     state_->objects.write(std::move(rows), registry);
     put_history(database, update.history);
     put_frames(database, update.frames);
@@ -298,6 +300,12 @@ void MapFileWriter::write(const MapUpdate& update, bool in_parallel) {
     throw;
   }
   for (const auto& [name, bytes] : update.notes.states) state_->written[name] = checksum(bytes);
+}
+
+void MapFileWriter::write_images(const std::vector<LogRow>& rows) {
+  Transaction transaction(state_->database);
+  put_images(state_->database, rows);
+  transaction.commit();
 }
 
 void MapFileWriter::close() {

@@ -98,6 +98,11 @@ CREATE VIEW object_history AS
   ORDER BY 1;
 )sql";
 
+// The table that formats 1 to 5 lack.
+constexpr const char* kTableOfImages = R"sql(
+CREATE TABLE frame_images (number INTEGER PRIMARY KEY, checksum INTEGER NOT NULL, images BLOB NOT NULL) STRICT;
+)sql";
+
 // Name -> kind and text. Names that begin with sqlite_ are SQLite's own, and nobody else can make one.
 using Schema = std::map<std::string, std::pair<std::string, std::string>>;
 
@@ -119,6 +124,7 @@ void replace(std::string& text, std::string_view what, std::string_view by) {
 // The statements that make the tables of a format. In format 1 ids were slots, and merged objects were rows like others.
 std::string tables_of(std::int64_t format) {
   std::string tables = kTables;
+  if (format > 5) tables += kTableOfImages;
   if (format > 4) tables += kTablesOfHistory;
   if (format < 5) replace(tables, ", is_mobile INTEGER NOT NULL", "");
   if (format > 3) tables += kTableOfLog;
@@ -191,6 +197,7 @@ std::vector<std::string> lacks_of(std::int64_t format) {
   if (format < 3) lacks.emplace_back("free space (what was seen to be empty is unknown)");
   if (format < 4) lacks.emplace_back("the log of its frames (it cannot follow corrected poses)");
   if (format < 5) lacks.emplace_back("what moved or is gone (neither is known)");
+  if (format < 6) lacks.emplace_back("copies of its frames (corrections of poses need the recording)");
   return lacks;
 }
 

@@ -59,6 +59,10 @@ class MapFileWriter {
   // encodes on all threads, else on the caller's alone, so that others are not disturbed.
   void write(const MapUpdate& update, bool in_parallel);
 
+  // Writes the images of new entries of the log alone, all or nothing. They are of no use to anybody before `write` was given the
+  // entries, and may be written again.
+  void write_images(const std::vector<LogRow>& rows);
+
   // Merges the write-ahead log into the file: after that it is one file again. Nothing can be written any more.
   void close();
 

@@ -16,6 +16,7 @@
 #include "panoptic/data/same_labels.h"
 #include "panoptic/error.h"
 #include "panoptic/map/brick_pool.h"
+#include "panoptic/mapfile/image_rows.h"
 #include "panoptic/mapfile/map_lock.h"
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/mapping/option_fields.h"
@@ -23,6 +24,8 @@
 
 namespace panoptic {
 namespace {
+
+constexpr std::size_t kMostCopies = 4;  // times CheckpointSettings::copies_bytes
 
 std::map<std::string, std::string> texts_of(const RunIdentity& identity) {
   std::map<std::string, std::string> texts = {
@@ -124,6 +127,8 @@ struct Checkpoints::Pending {
   MapUpdate update;
   std::uint64_t log = 0;   // FrameLog::clock
   std::uint64_t anew = 0;  // MapperParts::times_anew
+  std::size_t copies = 0;  // FrameLog::packed_bytes
+  bool is_whole = true;    // else there is nothing but copies of frames
   BrickPool pool;
   std::vector<std::unique_ptr<VoxelBlock>> blocks;  // in that pool
 };
@@ -174,6 +179,7 @@ Checkpoints::Checkpoints(CheckpointSettings settings, const RunIdentity& identit
   identity_[run_note::kProgram] = fmt::format("panoptic {}", version());
   if (identity.online) identity_[run_note::kOnline] = "1";
   if (identity.tracked) identity_[run_note::kTracked] = "1";
+  mapper.parts().copy_to_file();
   const bool exists = is_there(settings_.path);
   if (exists && !settings_.resume) {
     throw Error(
@@ -202,7 +208,7 @@ void Checkpoints::resume(const RunIdentity& identity, Mapper& mapper) {
   writer_ = std::make_unique<MapFileWriter>(MapFileWriter::open(settings_.path, std::move(lock), saved));
   saved_epoch_ = saved.map.voxels.epoch();
   mapper.parts().restore(std::move(saved.map), std::move(state));
-  saved_log_ = mapper.parts().log().clock();
+  saved_log_ = saved_images_ = mapper.parts().log().clock();
 }
 
 // All of it is new to the file that is made.
@@ -258,8 +264,9 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
   pending->update.epoch = map.epoch();
   pending->log = parts.log().clock();
   pending->anew = parts.times_anew();
+  pending->copies = parts.log().packed_bytes();
   pending->update.anew = pending->anew != saved_anew_;
-  pending->update.log = log_since(parts.log(), saved_log_);
+  pending->update.log = log_since(parts.log(), saved_log_, saved_images_);
   const std::uint64_t since = pending->update.anew ? 0 : saved_epoch_;
   for (const Slot slot : map.changed_since(since)) {
     pending->update.blocks.push_back({slot, map.index_of(slot), map.changed_at(slot), nullptr});
@@ -283,13 +290,27 @@ std::unique_ptr<Checkpoints::Pending> Checkpoints::copy(const Mapper& mapper, bo
   return pending;
 }
 
+// Copies of frames go ahead of the checkpoint that has these frames; until then nobody asks for them.
+std::unique_ptr<Checkpoints::Pending> Checkpoints::copy_images(const FrameLog& log) const {
+  auto pending = std::make_unique<Pending>();
+  pending->update.log = log_since(log, saved_images_, saved_images_);
+  pending->log = log.clock();
+  pending->copies = log.packed_bytes();
+  pending->is_whole = false;
+  return pending;
+}
+
 // The pending checkpoint is through: in the file, or to be tried again, which writing_ tells by throwing.
 void Checkpoints::collect() {
   if (is_writing()) writing_.wait();
   const std::unique_ptr<Pending> done = std::move(pending_);
-  since_last_ = Stopwatch();
+  if (done->is_whole) since_last_ = Stopwatch();
   try {
     if (is_writing()) writing_.get();
+    saved_images_ = done->log;
+    saved_copies_ = done->copies;
+    let_go_of_images(done->update.log, settings_.path);
+    if (!done->is_whole) return;
     saved_epoch_ = done->update.epoch;
     saved_log_ = done->log;
     saved_anew_ = done->anew;
@@ -300,20 +321,32 @@ void Checkpoints::collect() {
   }
 }
 
+// More than `times` as many copies of frames as are written together wait for that.
+bool Checkpoints::too_many_wait(const Mapper& mapper, std::size_t times) const {
+  const FrameLog& log = mapper.parts().log();
+  return log.copies() == LoggedCopies::kInFile && log.packed_bytes() - saved_copies_ > times * settings_.copies_bytes;
+}
+
 void Checkpoints::after_frame(const Mapper& mapper) {
   if (is_writing()) {
-    if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    const bool too_many = too_many_wait(mapper, kMostCopies);
+    if (!too_many && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     try {
       collect();
     } catch (const std::exception& e) {
+      if (too_many) throw;
       if (!std::exchange(warned_, true)) {
         settings_.warn(fmt::format("the map is not saved for now, mapping goes on: {}", e.what()));
       }
     }
   }
-  if (since_last_.seconds() < settings_.every_s) return;
-  pending_ = copy(mapper, false);
-  writing_ = std::async(std::launch::async, [this] { writer_->write(pending_->update, false); });
+  if (since_last_.seconds() >= settings_.every_s) {
+    pending_ = copy(mapper, false);
+    writing_ = std::async(std::launch::async, [this] { writer_->write(pending_->update, false); });
+  } else if (too_many_wait(mapper, warned_ ? kMostCopies : 1)) {
+    pending_ = copy_images(mapper.parts().log());
+    writing_ = std::async(std::launch::async, [this] { writer_->write_images(pending_->update.log); });
+  }
 }
 
 void Checkpoints::finish(const Mapper& mapper, bool complete) {

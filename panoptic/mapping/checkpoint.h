@@ -58,6 +58,7 @@ struct CheckpointSettings {
   bool resume = false;                     // goes on from the file if there is one; else there must be none
   std::optional<EarlierMap> earlier = {};  // what a new file begins with; nothing: an empty map
   double every_s = 5;
+  std::size_t copies_bytes = 16'000'000;                                     // of copies of frames that wait
   std::function<void(const std::string&)> warn = [](const std::string&) {};  // from the thread that calls after_frame
 };
 
@@ -81,7 +82,8 @@ class Checkpoints {
   std::int64_t note(FrameRecord record);
   // A record that was noted before, as it is now.
   void correct(FrameRecord record) { frames_.push_back(std::move(record)); }
-  // Between frames: begins a checkpoint if it is time and the last one is through. Warns once if one failed.
+  // Between frames: begins a checkpoint if it is time and the last one is through, or to write copies of frames, if many wait.
+  // Warns once if that failed. Waits for it if four times as many wait; throws Error if these cannot be written.
   void after_frame(const Mapper& mapper);
   // The last one, whole: all that the mapper holds is in the file, and the file is one again. `complete`: the recording is
   // through and mapper.finish() was called; else it is a checkpoint to resume from. Throws Error; the file then holds an earlier
@@ -95,7 +97,9 @@ class Checkpoints {
   void begin_with(const EarlierMap& earlier, const RunIdentity& identity, Mapper& mapper);
   MapperState load_state(const std::filesystem::path& path, const SavedMap& saved);
   std::unique_ptr<Pending> copy(const Mapper& mapper, bool complete);
+  std::unique_ptr<Pending> copy_images(const FrameLog& log) const;
   void collect();
+  bool too_many_wait(const Mapper& mapper, std::size_t times) const;
   bool is_writing() const { return writing_.valid(); }
 
   CheckpointSettings settings_;
@@ -108,6 +112,8 @@ class Checkpoints {
   std::uint64_t saved_epoch_ = 0;    // what changed since is not in the file
   std::uint64_t saved_log_ = 0;      // FrameLog::clock: what changed in the log since is not in the file
   std::uint64_t saved_anew_ = 0;     // MapperParts::times_anew of the map in the file
+  std::uint64_t saved_images_ = 0;   // FrameLog::clock: images of entries that came since are not in the file
+  std::size_t saved_copies_ = 0;     // FrameLog::packed_bytes of the log in the file
   std::unique_ptr<Pending> pending_;
   std::future<void> writing_;
   Stopwatch since_last_;

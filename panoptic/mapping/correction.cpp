@@ -14,6 +14,7 @@
 #include "panoptic/base/memory.h"
 #include "panoptic/error.h"
 #include "panoptic/fusion/reference_labels.h"
+#include "panoptic/map/frame_images.h"
 #include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/tracking/motion.h"
 
@@ -139,6 +140,17 @@ class LoggedAssociation {
   std::vector<LabelSlot> reference_;
 };
 
+// The frame of an entry, but for its pose and number: its copy, if there is one.
+ReadResult read_logged(const FrameLog::Entry& entry, const ReadFrame& read) {
+  if (!entry.images && !read) return {std::nullopt, {entry.frame, "the log has no copy of it, and nothing reads the recording"}};
+  if (!entry.images) return read(entry.frame);
+  std::optional<Frame> frame = unpack_images(*entry.images->packed());
+  if (!frame) return {std::nullopt, {entry.frame, "its images in the log are damaged"}};
+  frame->time_s = entry.time_s;
+  if (Outcome outcome = check(*frame); !outcome.used) return {std::nullopt, {entry.frame, outcome.reason}};
+  return {std::move(frame), {}};
+}
+
 // The frames of a log, read one ahead.
 class LoggedFrames {
  public:
@@ -158,7 +170,7 @@ class LoggedFrames {
  private:
   void begin() {
     if (next_ == log_.size()) return;
-    ahead_ = std::async(std::launch::async, [this, frame = log_.entries()[next_].frame] { return read_(frame); });
+    ahead_ = std::async(std::launch::async, [this, n = next_] { return read_logged(log_.entries()[n], read_); });
   }
 
   const FrameLog& log_;
@@ -171,7 +183,7 @@ class LoggedFrames {
 
 // Throws Error: poses that are none, or a log that does not tell of every frame.
 FrameLog MapperParts::corrected_log(std::span<const PoseUpdate> poses, Correction& correction) const {
-  if (options_.map.log != "reference") {
+  if (options_.map.log != "reference" && !keeps_copies()) {
     throw Error(fmt::format("the map cannot follow corrected poses: it was made with map.log = {}", options_.map.log));
   }
   if (log_.size() != frames_.used()) {

@@ -21,6 +21,13 @@ namespace {
 
 constexpr std::size_t kMegabyte = 1'000'000;
 
+FrameLog empty_log(const MapOptions& options) {
+  const bool copies = options.log == "copy";
+  const bool logs = copies || options.log == "reference";
+  return FrameLog(logs ? static_cast<std::size_t>(options.log_limit_mb) * kMegabyte : 0,
+                  copies ? LoggedCopies::kInMemory : LoggedCopies::kNone);
+}
+
 }  // namespace
 
 MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages replaced)
@@ -40,7 +47,7 @@ MapperParts::MapperParts(const Options& options, LabelSet labels, ReplacedStages
       tasks_{{"maintain", Counted::kLabelFrame, static_cast<std::uint64_t>(options.objects.every_frames), &MapperParts::maintain},
              {"regularize", Counted::kFrame, static_cast<std::uint64_t>(options.regularizer.every_frames),
               &MapperParts::regularize_changes}},
-      log_(options.map.log == "reference" ? static_cast<std::size_t>(options.map.log_limit_mb) * kMegabyte : 0) {
+      log_(empty_log(options.map)) {
   if (!regularizes_) tasks_.pop_back();
   farthest_camera_m_ = double{map_.voxels.block_size_m()} * (kMaxBlockCoordinate - 2) - options.depth.max_m * 2.0;
 }

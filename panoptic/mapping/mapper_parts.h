@@ -97,6 +97,10 @@ class MapperParts {
   // How often the map was made anew: blocks have other slots since the last time.
   std::uint64_t times_anew() const { return times_anew_; }
   const FrameLog& log() const { return log_; }
+  // Whether corrections need nobody who reads frames again. From any thread.
+  bool keeps_copies() const { return options_.map.log == "copy"; }
+  // Copies of frames go into a map file from now on, now and then. REQUIRES that nothing was added yet.
+  void copy_to_file() { log_.copy_to_file(); }
   Mesh mesh();
   // The same for whoever will hardly ask again: it keeps nothing to make the next time faster, if nothing was kept before.
   Mesh last_mesh();

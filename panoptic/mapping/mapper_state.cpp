@@ -32,7 +32,7 @@ void MapperParts::restore(PanopticMap map, MapperState state) {
   moving_tracks_ = MovingTracks(std::move(state.moving));
   presence_.restore(std::move(state.presence));
   frames_ = std::move(state.frames);
-  log_ = FrameLog(std::move(state.log), log_.limit_bytes());
+  log_ = FrameLog(std::move(state.log), log_.limit_bytes(), log_.copies());
   if (log_.size() == frames_.used()) retrace();
   label_frames_ = state.label_frames;
   labelled_ = state.labelled;

@@ -10,6 +10,7 @@
 #include "panoptic/base/config.h"
 #include "panoptic/base/os.h"
 #include "panoptic/error.h"
+#include "panoptic/mapping/mapper_parts.h"
 #include "panoptic/mapping/online_stages.h"
 #include "panoptic/mapping/option_fields.h"
 #include "panoptic/mapping/published_map.h"
@@ -120,7 +121,9 @@ bool OnlinePipeline::push_when_free(Frame frame) { return inside_->take(std::mov
 
 bool OnlinePipeline::update_poses(std::vector<PoseUpdate> poses) {
   SharedRun& run = inside_->run;
-  if (!run.parts.read_again) throw Error("the map cannot follow corrected poses: Parts::read_again is missing");
+  if (!run.parts.read_again && !run.parts.mapper.parts().keeps_copies()) {
+    throw Error("the map cannot follow corrected poses: Parts::read_again is missing, and map.log is not copy");
+  }
   return !run.control.stopped() && run.jobs.push({.poses = std::move(poses)}) == Pushed::kYes;
 }
 

@@ -38,15 +38,30 @@ std::vector<FrameTime> times_of(const std::vector<FrameRecord>& records) {
 }
 
 void require_log(const std::filesystem::path& map, const SavedMap& saved, const std::vector<FrameLog::Entry>& log) {
-  if (!note_of_format(saved, map).empty()) throw Error(note_of_format(saved, map) + "; map the recording anew");
+  constexpr std::int64_t kOldest = 5;  // format that has all that a map made anew has
+  if (saved.format < kOldest) throw Error(note_of_format(saved, map) + "; map the recording anew");
   if (!log.empty()) return;
   throw Error(
       fmt::format("{} has no log of its frames: it was merged from others, or made without (map.log); map the recording "
-                  "anew, with map.log = reference",
+                  "anew, with map.log = reference or copy",
                   map.string()));
 }
 
+// Reads frames of the recording, if there is one.
+ReadFrame reading(const Dataset* recording, const SavedMap& saved, const std::vector<FrameRecord>& records) {
+  if (recording == nullptr) return {};
+  FrameFinder finder(*recording);
+  const std::string range = note_or_empty(saved, run_note::kFrames);
+  finder.note(records, range.empty() ? FrameRange{} : parse_frame_range(range));
+  return [finder = std::move(finder)](std::int64_t frame) { return finder.read(frame); };
+}
+
 }  // namespace
+
+bool has_copies(const std::filesystem::path& map) {
+  const LogSize log = size_of_log(map);
+  return log.frames > 0 && log.copies == log.frames;
+}
 
 MappedRecording mapped_recording(const std::filesystem::path& map) {
   const SavedMap saved = load_map(map);
@@ -64,7 +79,7 @@ MappedRecording mapped_recording(const std::filesystem::path& map) {
   return mapped;
 }
 
-RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset& recording,
+RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset* recording,
                              const std::filesystem::path& output, const RebuildProgress& progress) {
   if (is_there(output)) throw Error(fmt::format("{} is there already: choose another name or remove it", output.string()));
   SavedMap saved = load_map(map);
@@ -73,9 +88,7 @@ RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesy
   require_log(map, saved, log);
   const CorrectedPoses updates = read_corrected_poses(poses, times_of(records));
 
-  FrameFinder finder(recording);
-  const std::string range = note_or_empty(saved, run_note::kFrames);
-  finder.note(records, range.empty() ? FrameRange{} : parse_frame_range(range));
+  const ReadFrame read = reading(recording, saved, records);
   MapperState state = mapper_state(saved, records, std::move(log));
   Mapper mapper(options_of(saved), saved.map.labels);
   const bool complete = is_complete(saved);
@@ -83,10 +96,11 @@ RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesy
   mapper.parts().restore(std::move(saved.map), std::move(state));
   RebuiltFile rebuilt;
   std::size_t done = 0;
-  rebuilt.correction = mapper.parts().fuse_anew(updates.poses, [&](std::int64_t frame) {
+  const ReadFrame read_and_tell = [&](std::int64_t frame) {
     if (progress) progress(done++, mapper.parts().log().size());
-    return finder.read(frame);
-  });
+    return read(frame);
+  };
+  rebuilt.correction = mapper.parts().fuse_anew(updates.poses, read ? read_and_tell : read);
   if (rebuilt.correction.frames > 0 && complete) mapper.finish();
   rebuilt.used = mapper.frames().used();
   rebuilt.given = updates.poses.size() - rebuilt.correction.unknown;

@@ -28,6 +28,9 @@ struct MappedRecording {
 // Throws Error: no sound map, or one that was not made by a run.
 MappedRecording mapped_recording(const std::filesystem::path& map);
 
+// Whether the log of a map file has copies of all its frames, so that it needs no recording. Throws Error: no sound map.
+bool has_copies(const std::filesystem::path& map);
+
 struct RebuiltFile {
   Correction correction;
   std::size_t used = 0;       // frames of the map
@@ -36,13 +39,13 @@ struct RebuiltFile {
   std::size_t objects = 0;
 };
 
-// Called before each frame, from any thread, with how many were read and how many there are.
+// Called before each frame that is read from the recording, from any thread, with how many were read and how many there are.
 using RebuildProgress = std::function<void(std::size_t done, std::size_t all)>;
 
 // Makes the map anew with the poses of a file (read_corrected_poses), and saves it as another map file, which must not exist. Of
-// a complete map the last tasks are done again. `recording` is the one that the map was made of. Throws Error; then there is no
-// new file.
-RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset& recording,
+// a complete map the last tasks are done again. `recording` is the one that the map was made of; nullptr: the map's log has
+// copies of its frames, which are taken in any case. Throws Error; then there is no new file.
+RebuiltFile rebuild_map_file(const std::filesystem::path& map, const std::filesystem::path& poses, const Dataset* recording,
                              const std::filesystem::path& output, const RebuildProgress& progress = {});
 
 }  // namespace panoptic

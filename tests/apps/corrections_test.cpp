@@ -104,6 +104,21 @@ TEST_F(Corrections, ARebuiltMapHasTheSameThingsElsewhere) {
   EXPECT_FALSE(is_there(folder_ / "lost.panoptic"));
 }
 
+TEST_F(Corrections, ACopiedLogNeedsNoRecording) {
+  ASSERT_EQ(map_recording({"--map", map_.string()}).exit_code, 0);
+  const fs::path poses = trajectory(kAside_m, true);
+  ASSERT_EQ(rebuild(poses, folder_ / "read.panoptic").exit_code, 0);
+  fs::remove(map_);
+  ASSERT_EQ(map_recording({"--map", map_.string(), "--set", "map.log=copy"}).exit_code, 0);
+  EXPECT_THAT(run_program({"info", map_.string()}).out, HasSubstr("12 frames, 12 with copies of their images"));
+  fs::rename(recording_, recording_.string() + "_moved");
+  const ProgramResult result = rebuild(poses, folder_ / "copied.panoptic");
+  fs::rename(recording_.string() + "_moved", recording_);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("poses     for 12 of 12 frames, 12 of them other than before"));
+  EXPECT_EQ(load_map(folder_ / "copied.panoptic").map.voxels.hash(), load_map(folder_ / "read.panoptic").map.voxels.hash());
+}
+
 TEST_F(Corrections, OfARunAreFollowedAndReported) {
   ASSERT_EQ(map_recording({"--map", map_.string()}).exit_code, 0);
   const fs::path corrected = folder_ / "corrected.panoptic";

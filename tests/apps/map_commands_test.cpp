@@ -11,6 +11,7 @@
 #include "panoptic/base/files.h"
 #include "panoptic/base/sqlite.h"
 #include "panoptic/map_file.h"
+#include "panoptic/mapfile/log_rows.h"
 #include "panoptic/profile.h"
 #include "tests/apps/run_fixture.h"
 #include "tests/fresh_seed.h"
@@ -122,6 +123,24 @@ TEST_F(Map, ADiskThatIsFullDuringTheRunIsSaidOnceAndAtTheEnd) {
   EXPECT_EQ(hash_of_map(), expected_hash());
 }
 
+// Copies of the frames are what fills it.
+TEST_F(Map, ADiskThatIsFullOfCopiesLeavesTheLastSavedState) {
+  const auto limit = [] {
+    const rlimit bytes{600'000, 600'000};
+    setrlimit(RLIMIT_FSIZE, &bytes);
+    std::signal(SIGXFSZ, SIG_IGN);
+  };
+  const ProgramResult result = run_program(arguments({"--checkpoint-every", "0", "--set", "map.log=copy"}), limit);
+  EXPECT_EQ(result.exit_code, 1);
+  expect_one_line(result.err, "map.panoptic");
+  const std::size_t frames = load_frames(map_).size();
+  EXPECT_LT(frames, 12U) << "an earlier checkpoint is still there";
+  EXPECT_EQ(size_of_log(map_).copies, frames);
+  ASSERT_EQ(run_with_map({"--resume", "--set", "map.log=copy"}).exit_code, 0);
+  EXPECT_EQ(hash_of_map(), expected_hash());
+  EXPECT_EQ(size_of_log(map_).copies, 12U);
+}
+
 TEST_F(Map, AnswersTheCommandsThatLookAtIt) {
   ASSERT_EQ(run_with_map().exit_code, 0);
   const ProgramResult info = run_program({"info", map_.string(), "--json"});
@@ -216,7 +235,8 @@ TEST_F(Map, ThatIsNoMapIsSaidInOneLine) {
 TEST_F(Map, SlowSurvivesBeingKilledAtAnyMoment) {
   const std::string expected = expected_hash();
   const Stopwatch stopwatch;
-  ASSERT_EQ(run_with_map({"--checkpoint-every", "0"}).exit_code, 0);
+  const std::vector<std::string> copying = {"--checkpoint-every", "0", "--set", "map.log=copy"};
+  ASSERT_EQ(run_with_map(copying).exit_code, 0);
   const auto whole_us = static_cast<useconds_t>(1e6 * stopwatch.seconds());
   constexpr int kMoments = 20;
   std::mt19937 random(test::fresh_seed());
@@ -224,21 +244,22 @@ TEST_F(Map, SlowSurvivesBeingKilledAtAnyMoment) {
   for (int i = 0; i < kMoments; ++i) {
     fs::remove_all(map_.parent_path());
     fs::create_directories(map_.parent_path());
-    const ProgramResult result =
-        run_program(arguments({"--checkpoint-every", "0"}), {}, [&](const test::RunningProgram& program) {
-          test::wait_for_text(program, program.out, "labels");
-          usleep(static_cast<useconds_t>(random() % (whole_us / 2)));
-          kill(program.pid, SIGKILL);
-        });
+    const ProgramResult result = run_program(arguments(copying), {}, [&](const test::RunningProgram& program) {
+      test::wait_for_text(program, program.out, "labels");
+      usleep(static_cast<useconds_t>(random() % (whole_us / 2)));
+      kill(program.pid, SIGKILL);
+    });
     killed += result.exit_code == 128 + SIGKILL ? 1 : 0;
     if (fs::exists(map_)) {
       Database database(map_, DatabaseAccess::kWrite);
       EXPECT_EQ(database.text("PRAGMA integrity_check"), "ok");
       load_map(map_);
+      EXPECT_EQ(size_of_log(map_).copies, load_frames(map_).size()) << "all of a checkpoint, or nothing";
     }
-    const ProgramResult resumed = run_with_map({"--resume"});
+    const ProgramResult resumed = run_with_map({"--resume", "--set", "map.log=copy"});
     ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
     ASSERT_EQ(hash_of_map(), expected) << "killed at moment " << i;
+    ASSERT_EQ(size_of_log(map_).copies, 12U);
   }
   EXPECT_GT(killed, kMoments / 2) << "most runs were killed before they ended";
 }

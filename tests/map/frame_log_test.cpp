@@ -124,5 +124,47 @@ TEST(FrameLog, TakesNothingBeyondItsLimit) {
   EXPECT_EQ(FrameLog(0).size(), 0U);
 }
 
+Frame with_images(std::int64_t index) {
+  Frame frame = frame_of(index);
+  frame.depth_camera = frame.color_camera = {200, 100, 100, 100, 100, 50};
+  Image<float> depth(200, 100);
+  std::mt19937 random(static_cast<std::uint32_t>(index));
+  for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = static_cast<float>(random() % 4096) * (1 / 1000.F);
+  frame.depth = std::move(depth);
+  frame.color = Image<Rgb>(200, 100, {1, 2, 3});
+  return frame;
+}
+
+TEST(FrameLog, CopiesCountForTheLimitUnlessTheyGoToAFile) {
+  FrameLog in_memory(200'000, LoggedCopies::kInMemory);
+  FrameLog in_file(200'000, LoggedCopies::kInMemory);
+  in_file.copy_to_file();
+  for (int i = 0; i < 60; ++i) {
+    in_memory.add(with_images(i));
+    in_file.add(with_images(i));
+  }
+  EXPECT_EQ(in_memory.size(), 10U) << "six frames of some 33 kB, and four that were being packed";
+  EXPECT_GT(in_memory.bytes(), 200'000U);
+  EXPECT_EQ(in_file.size(), 60U);
+  EXPECT_LT(in_file.bytes(), 20'000U);
+  EXPECT_GT(in_file.packed_bytes(), 56U * 30'000U);
+}
+
+TEST(FrameLog, CopiesAreReadFromWhereTheyWereLeft) {
+  FrameLog log(1'000'000, LoggedCopies::kInMemory);
+  log.add(with_images(7));
+  LoggedImages& images = *log.entries()[0].images;
+  const Bytes packed = *images.packed();
+  EXPECT_EQ(images.size(), packed.size());
+  int reads = 0;
+  images.let_go([&] {
+    ++reads;
+    return packed;
+  });
+  EXPECT_EQ(*images.packed(), packed);
+  EXPECT_EQ(reads, 1);
+  EXPECT_EQ(images.size(), packed.size());
+}
+
 }  // namespace
 }  // namespace panoptic

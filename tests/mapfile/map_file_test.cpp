@@ -278,16 +278,16 @@ std::string complaint_after(const std::string& sql) {
 
 TEST(MapFile, RefusesOtherFormatsAndTables) {
   EXPECT_THAT(complaint_after("PRAGMA application_id = 7"), HasSubstr("not a map of panoptic"));
-  EXPECT_THAT(complaint_after("PRAGMA user_version = 6"), HasSubstr("newer panoptic"));
+  EXPECT_THAT(complaint_after("PRAGMA user_version = 7"), HasSubstr("newer panoptic"));
   EXPECT_THAT(complaint_after("PRAGMA user_version = 0"), HasSubstr("format 0"));
   EXPECT_THAT(complaint_after("DROP TABLE frames"), HasSubstr("table frames is missing"));
   EXPECT_THAT(complaint_after("CREATE TABLE mine(x)"), HasSubstr("'mine', which no map has"));
   EXPECT_THAT(complaint_after("CREATE TRIGGER t AFTER INSERT ON blocks BEGIN DELETE FROM blocks; END"), HasSubstr("trigger"));
-  EXPECT_THAT(complaint_after("DROP TABLE meta; CREATE TABLE meta(key TEXT, value TEXT)"), HasSubstr("meta is not as format 5"));
+  EXPECT_THAT(complaint_after("DROP TABLE meta; CREATE TABLE meta(key TEXT, value TEXT)"), HasSubstr("meta is not as format 6"));
   EXPECT_THAT(
       complaint_after("DROP TABLE blocks; CREATE VIEW blocks AS WITH RECURSIVE n(slot) AS (SELECT 0 UNION ALL SELECT slot + 1 "
                       "FROM n) SELECT slot, 0 AS x FROM n"),
-      HasSubstr("blocks is not as format 5"));
+      HasSubstr("blocks is not as format 6"));
 }
 
 TEST(MapFile, RefusesValuesThatCannotBe) {

@@ -90,13 +90,21 @@ class Drifting : public Dataset {
   }
 };
 
-inline RunIdentity identity() { return {"somewhere", "", "", often()}; }
+// The log keeps depth and colour.
+inline Options copying() {
+  Options options = often();
+  options.map.log = "copy";
+  return options;
+}
+
+inline RunIdentity identity(const Options& options = often()) { return {"somewhere", "", "", options}; }
 
 // Maps the recording up to a position with a map file, corrected once on the way if there are `poses`.
 inline std::unique_ptr<Mapper> map_to_file(const std::filesystem::path& path, std::size_t end, bool complete,
-                                           std::optional<std::size_t> correct_at = std::nullopt) {
-  auto mapper = std::make_unique<Mapper>(often(), test_labels());
-  Checkpoints checkpoints({.path = path, .resume = true, .every_s = 0}, identity(), *mapper);
+                                           std::optional<std::size_t> correct_at = std::nullopt,
+                                           const Options& options = often()) {
+  auto mapper = std::make_unique<Mapper>(options, test_labels());
+  Checkpoints checkpoints({.path = path, .resume = true, .every_s = 0}, identity(options), *mapper);
   for (std::size_t position = checkpoints.positions(); position < end; ++position) {
     const ReadResult read = Drifting().read(position);
     if (read.frame) {

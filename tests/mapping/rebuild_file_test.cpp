@@ -54,7 +54,7 @@ class Rebuild : public testing::Test {
  protected:
   RebuiltFile rebuild(const std::string& poses, const std::filesystem::path& output) {
     write_file(folder_ / "poses.txt", poses);
-    return rebuild_map_file(map_, folder_ / "poses.txt", recording_, output);
+    return rebuild_map_file(map_, folder_ / "poses.txt", &recording_, output);
   }
   std::string error(const std::string& poses) {
     return error_of([&] { rebuild(poses, folder_ / "refused.panoptic"); });
@@ -89,7 +89,7 @@ TEST_F(Rebuild, MakesAMapFileAnewAsIfItsRunHadBeenCorrected) {
   EXPECT_EQ(load_map(folder_ / "by_time.panoptic").map.voxels.hash(), saved.map.voxels.hash());
   // A map that was made anew can be made anew.
   const RebuiltFile again =
-      rebuild_map_file(folder_ / "new.panoptic", folder_ / "poses.txt", recording_, folder_ / "again.panoptic");
+      rebuild_map_file(folder_ / "new.panoptic", folder_ / "poses.txt", &recording_, folder_ / "again.panoptic");
   EXPECT_EQ(again.correction.frames, 0U);
   EXPECT_EQ(load_map(folder_ / "again.panoptic").map.voxels.hash(), saved.map.voxels.hash());
 }

@@ -117,6 +117,10 @@ class CorrectedPoses(unittest.TestCase):
         wrong = mapper.map_hash()
         done = mapper.update_poses(true_poses | {10_000: np.eye(4)}, frames.__getitem__)
         self.assertEqual((done["frames"], done["unknown"]), (len(frames) - 1, 1))
+        self.assertEqual(done["pause_ms"], done["ms"])
+        copied, _ = self.drifting(log="copy")
+        copied.update_poses(true_poses)
+        self.assertEqual(copied.map_hash(), mapper.map_hash())
         right = pf.Mapper(pf.Options(**COARSE), labels=mapped().labels)
         for frame in frames.values():
             right.add(frame)
@@ -133,6 +137,8 @@ class CorrectedPoses(unittest.TestCase):
             mapper.update_poses(true_poses, lambda index: None)
         with self.assertRaisesRegex(pf.Error, "pose"):
             mapper.update_poses({0: np.full((4, 4), np.nan)}, {}.__getitem__)
+        with self.assertRaisesRegex(pf.Error, "the log has no copy of it"):
+            mapper.update_poses(true_poses)
         self.assertEqual(mapper.map_hash(), before)
         with self.assertRaisesRegex(pf.Error, "map.log = auto"):
             self.drifting()[0].update_poses(true_poses, {}.__getitem__)
