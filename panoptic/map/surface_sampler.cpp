@@ -11,16 +11,43 @@ constexpr float kLeastGradient = 0.5F;
 
 }  // namespace
 
-bool SurfaceSampler::corner(const VoxelIndex& voxel, float& distance) {
-  const VoxelPlace place = place_of(voxel);
+// The corners that one brick holds: all eight in two of five cases, and rarely one alone. Two that are neighbours along x lie
+// side by side there.
+bool SurfaceSampler::corners_in_brick(const VoxelIndex& first, unsigned split, unsigned far, std::array<float, 8>& distance) {
+  const auto at_axis = [&](std::size_t axis) { return first[axis] + static_cast<int>(far >> axis & 1); };
+  const VoxelPlace place = place_of(VoxelIndex{at_axis(0), at_axis(1), at_axis(2)});
   const VoxelBlock* block = lookup_.find(place.block);
   if (block == nullptr) return false;
   const Brick& brick = block->brick(brick_of(place.offset));
   const int number = voxel_in_brick(place.offset);
-  if ((brick.stored() >> number & 1) == 0) return false;
-  const int at = brick.place(number);
-  distance = brick.plane(FloatPlane::kDistance)[at];
-  return brick.plane(FloatPlane::kWeight)[at] > 0;
+  const float* distances = brick.plane(FloatPlane::kDistance);
+  const float* weights = brick.plane(FloatPlane::kWeight);
+  const bool is_pair = (split & 1) == 0;
+  const std::uint64_t wanted = is_pair ? 3 : 1;
+  for (unsigned i = far & 1; i < 8; i += 2) {
+    if ((i & split) != far) continue;
+    const unsigned step = i & ~split;
+    const int n = number + static_cast<int>((step >> 1 & 1) << 2 | (step >> 2) << 4);
+    if ((brick.stored() >> n & wanted) != wanted) return false;
+    const int at = brick.place(n);
+    if (!(weights[at] > 0)) return false;
+    distance[i] = distances[at];
+    if (!is_pair) continue;
+    if (!(weights[at + 1] > 0)) return false;
+    distance[i + 1] = distances[at + 1];
+  }
+  return true;
+}
+
+bool SurfaceSampler::corners(const VoxelIndex& first, std::array<float, 8>& distance) {
+  unsigned split = 0;  // a bit for each axis along which a brick ends between the corners
+  for (std::size_t axis = 0; axis < 3; ++axis) split |= static_cast<unsigned>((first[axis] & 3) == 3) << axis;
+  unsigned far = 0;  // of these, the axes along which the brick is the second one
+  do {
+    if (!corners_in_brick(first, split, far, distance)) return false;
+    far = (far - split) & split;
+  } while (far != 0);
+  return true;
 }
 
 bool SurfaceSampler::at(const Vec3d& point_m, NearSurface& sample) {
@@ -31,10 +58,7 @@ bool SurfaceSampler::at(const Vec3d& point_m, NearSurface& sample) {
   const Eigen::Vector3i v = whole.cast<int>();
   const Vec3f t = (voxels - whole).cast<float>();
   std::array<float, 8> d{};
-  for (std::size_t i = 0; i < d.size(); ++i) {
-    const int n = static_cast<int>(i);
-    if (!corner({v.x() + (n & 1), v.y() + (n >> 1 & 1), v.z() + (n >> 2)}, d[i])) return false;
-  }
+  if (!corners({v.x(), v.y(), v.z()}, d)) return false;
   // Along x first: four edges, and how the distance changes along each.
   const auto mix = [](float a, float b, float share) { return a + share * (b - a); };
   const std::array<float, 4> x = {mix(d[0], d[1], t.x()), mix(d[2], d[3], t.x()), mix(d[4], d[5], t.x()), mix(d[6], d[7], t.x())};

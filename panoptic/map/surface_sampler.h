@@ -28,7 +28,10 @@ class SurfaceSampler {
   bool at(const Vec3d& point_m, NearSurface& sample);
 
  private:
-  bool corner(const VoxelIndex& voxel, float& distance);
+  // The distances of the voxel `first` and of its neighbours: bit a of a number is the step along axis a. False if one was never
+  // observed.
+  bool corners(const VoxelIndex& first, std::array<float, 8>& distance);
+  bool corners_in_brick(const VoxelIndex& first, unsigned split, unsigned far, std::array<float, 8>& distance);
 
   CachedLookup lookup_;
   double per_voxel_;
