@@ -51,7 +51,11 @@ Json to_json(const std::optional<MapAlignment>& alignment) {
 Json to_json(const MapDiff& diff, const std::optional<MapAlignment>& alignment, const Arguments& a, const LabelSet& labels) {
   Json json = {{"a", a.map}, {"b", a.other_map}, {"unchanged", diff.unchanged}, {"too_small", diff.too_small}};
   json["alignment"] = to_json(alignment);
-  json["surfaces"] = {{"common", diff.shift.common}, {"apart_median_m", diff.shift.median_m}, {"apart_p95_m", diff.shift.p95_m}};
+  json["surfaces"] = {{"common", diff.shift.common}, {"apart_median_m", nullptr}, {"apart_p95_m", nullptr}};
+  if (diff.shift.common > 0) {
+    json["surfaces"]["apart_median_m"] = diff.shift.median_m;
+    json["surfaces"]["apart_p95_m"] = diff.shift.p95_m;
+  }
   json["changes"] = Json::array();
   for (const ObjectChange& c : diff.changes) {
     json["changes"].push_back({{"kind", name_of(c.kind)},
@@ -103,8 +107,12 @@ std::string line_of(const ObjectChange& c, const LabelSet& labels) {
 std::string diff_text(const MapDiff& diff, const LabelSet& labels) {
   std::string text = fmt::format("{} objects are where they were, {} changes\n", diff.unchanged, diff.changes.size());
   for (const ObjectChange& c : diff.changes) text += line_of(c, labels) + "\n";
-  text += fmt::format("{:.0f} % of B's surface is in A, too; there they lie {:.1f} cm apart (median; 95 %: {:.1f} cm)\n",
-                      100 * diff.shift.common, 100 * diff.shift.median_m, 100 * diff.shift.p95_m);
+  if (diff.shift.common > 0) {
+    text += fmt::format("{:.0f} % of B's surface is in A, too; there they lie {:.1f} cm apart (median; 95 %: {:.1f} cm)\n",
+                        100 * diff.shift.common, 100 * diff.shift.median_m, 100 * diff.shift.p95_m);
+  } else {
+    text += "nothing of B's surface is in A\n";
+  }
   if (diff.too_small > 0) text += fmt::format("{} objects are too small to compare\n", diff.too_small);
   return text;
 }

@@ -66,7 +66,7 @@ struct ObjectChange {
 // How far the surfaces of two maps of one world lie apart: by drift of their poses, or by worlds that are not one.
 struct SurfaceShift {
   double common = 0;    // the share of b's surface that a has, too: facing the same way, at most kFarthestShift_m off
-  double median_m = 0;  // along the normals
+  double median_m = 0;  // along the normals; 0 if they have nothing in common, as p95_m
   double p95_m = 0;
 };
 inline constexpr double kFarthestShift_m = 0.3;

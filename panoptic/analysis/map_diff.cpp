@@ -222,7 +222,9 @@ MapDiff diff_maps(const MapWithFrames& a, const MapWithFrames& b, const std::str
   }
   sort_changes(diff.changes);
   diff.shift = shift_between(a.saved.map.voxels, b.saved.map.voxels);
-  if (diff.shift.median_m > double{a.saved.map.voxels.voxel_size_m()}) diff.notes.push_back(note_of_drift(diff.shift));
+  constexpr double kLeastCommon = 0.2;  // what two places have in common by chance says nothing
+  const bool is_drift = diff.shift.common >= kLeastCommon && diff.shift.median_m > double{a.saved.map.voxels.voxel_size_m()};
+  if (is_drift) diff.notes.push_back(note_of_drift(diff.shift));
   return diff;
 }
 

@@ -6,8 +6,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
 #include "panoptic/io/doctor_sample.h"
@@ -128,12 +128,12 @@ std::optional<double> surfaces_apart_m(const ViewPair& pair) {
   constexpr int kSteps = 8;
   const Pose declared = pair.to.pose.inverse() * pair.from.pose;
   Pose fitted = declared;
-  std::vector<OnPlane> points;
-  for (int step = 0; step < kSteps; ++step) {
-    points = all_on_planes(pair, fitted);
-    if (points.size() < kFewest) return std::nullopt;
+  std::vector<OnPlane> points = all_on_planes(pair, fitted);
+  for (int step = 0; step < kSteps && points.size() >= kFewest; ++step) {
     fitted = step_to_planes(points) * fitted;
+    points = all_on_planes(pair, fitted);
   }
+  if (points.size() < kFewest) return std::nullopt;
   const Pose back = declared * fitted.inverse();
   double sum_m = 0;
   for (const OnPlane& p : points) sum_m += std::abs(p.normal.dot(p.point - back * p.point));
@@ -149,22 +149,27 @@ Revisits find_revisits(const Dataset& dataset, std::size_t frames) {
     looks[i] = look_at(dataset, position);
     if (position + 1 < dataset.size()) next[i] = look_at(dataset, position + 1);
   });
-  std::vector<ViewPair> later;
+  std::vector<std::pair<std::size_t, std::size_t>> revisits;
   std::vector<ViewPair> soon;
   for (std::size_t i = 0; i < looks.size(); ++i) {
     if (looks[i] && next[i]) soon.push_back({next[i]->view, looks[i]->view});
-    for (std::size_t k = i + 1; k < looks.size() && looks[i] && later.size() < kMostPairs; ++k) {
+    for (std::size_t k = i + 1; k < looks.size() && looks[i]; ++k) {
       const bool is_later = looks[k] && looks[k]->time_s - looks[i]->time_s >= kLater_s;
-      if (is_later && look_at_one_place(looks[i]->view.pose, looks[k]->view.pose))
-        later.push_back({looks[k]->view, looks[i]->view});
+      if (is_later && look_at_one_place(looks[i]->view.pose, looks[k]->view.pose)) revisits.emplace_back(i, k);
     }
+  }
+  std::vector<ViewPair> later;
+  const std::size_t count = std::min(revisits.size(), kMostPairs);
+  for (std::size_t n = 0; n < count; ++n) {
+    const auto [i, k] = revisits[n * revisits.size() / count];
+    later.push_back({looks[k]->view, looks[i]->view});
   }
   return {distances(later), distances(soon)};
 }
 
 Check check_drift(const Revisits& revisits) {
   Check check{"drift", Verdict::kOk, "", ""};
-  if (revisits.later.size() < kFewestPairs) {
+  if (revisits.later.size() < kFewestPairs || revisits.soon.size() < kFewestPairs) {
     check.evidence =
         fmt::format("hardly anything is seen again after {:g} s or more: drift of the poses would not show", kLater_s);
     return check;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -160,7 +160,7 @@ bool in_units(const SharedImage<float>& depth, float unit_m, std::vector<std::ui
     std::uint16_t* to = numbers.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(depth.width());
     std::uint32_t lost = 0;  // bits
     for (int u = 0; u < depth.width(); ++u) {
-      const float units = std::min(std::max(row[u] * per_m + 0.5F, 0.F), 65535.F);  // NaN: 0
+      const float units = std::min(std::max(0.F, row[u] * per_m + 0.5F), 65535.F);  // NaN: 0
       const auto number = static_cast<int>(units);
       to[u] = static_cast<std::uint16_t>(number);
       lost |= std::bit_cast<std::uint32_t>(static_cast<float>(number) * unit_m) ^ std::bit_cast<std::uint32_t>(row[u]);

@@ -210,13 +210,14 @@ FrameLog::FrameLog(std::vector<Entry> entries, std::size_t limit_bytes, LoggedCo
 
 void FrameLog::add(const Frame& frame) {
   if (bytes_ >= limit_bytes_) return;
-  place_of_[frame.index] = entries_.size();
-  Entry& entry = entries_.emplace_back(Entry{frame.index, frame.time_s, frame.world_from_camera});
+  Entry entry{frame.index, frame.time_s, frame.world_from_camera};
+  if (copies_ != LoggedCopies::kNone)
+    entry.images = std::make_shared<LoggedImages>(frame);  // it may fail: nothing is logged then
   entry.added_at = entry.changed_at = ++clock_;
   bytes_ += bytes_of(entry);
-  if (copies_ == LoggedCopies::kNone) return;
-  entry.images = std::make_shared<LoggedImages>(frame);
-  count_packed();
+  place_of_[frame.index] = entries_.size();
+  entries_.push_back(std::move(entry));
+  if (copies_ != LoggedCopies::kNone) count_packed();
 }
 
 // Always the same number of frames later, so that the limit is reached at the same frame however fast the threads are.

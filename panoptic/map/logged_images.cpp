@@ -8,9 +8,12 @@
 
 namespace panoptic {
 
+// The task lives as long as its result, so it gives the frame up when that is packed.
 LoggedImages::LoggedImages(const Frame& frame)
-    : packing_(
-          std::async(std::launch::async, [whole = kept(frame)] { return std::make_shared<const Bytes>(pack_images(whole)); })) {}
+    : packing_(std::async(std::launch::async, [whole = std::make_unique<Frame>(kept(frame))]() mutable {
+        const std::unique_ptr<Frame> once = std::move(whole);
+        return std::make_shared<const Bytes>(pack_images(*once));
+      })) {}
 
 std::shared_ptr<const Bytes> LoggedImages::packed() const {
   Packing packing;

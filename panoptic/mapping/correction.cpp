@@ -140,13 +140,12 @@ class LoggedAssociation {
   std::vector<LabelSlot> reference_;
 };
 
-// The frame of an entry, but for its pose and number: its copy, if there is one.
+// The frame of an entry, but for its pose, number and time: its copy, if there is one.
 ReadResult read_logged(const FrameLog::Entry& entry, const ReadFrame& read) {
   if (!entry.images && !read) return {std::nullopt, {entry.frame, "the log has no copy of it, and nothing reads the recording"}};
   if (!entry.images) return read(entry.frame);
   std::optional<Frame> frame = unpack_images(*entry.images->packed());
   if (!frame) return {std::nullopt, {entry.frame, "its images in the log are damaged"}};
-  frame->time_s = entry.time_s;
   if (Outcome outcome = check(*frame); !outcome.used) return {std::nullopt, {entry.frame, outcome.reason}};
   return {std::move(frame), {}};
 }
@@ -156,13 +155,14 @@ class LoggedFrames {
  public:
   LoggedFrames(const FrameLog& log, const ReadFrame& read) : log_(log), read_(read) { begin(); }
 
-  // The next one, with the pose of the log. REQUIRES that there is one.
+  // The next one, with the pose and the time of the log. REQUIRES that there is one.
   Frame next() {
     const FrameLog::Entry& entry = log_.entries()[next_++];
     ReadResult result = ahead_.get();
     begin();
     if (!result.frame) throw Error(fmt::format("frame {} cannot be read again: {}", entry.frame, result.skipped.reason));
     result.frame->index = entry.frame;
+    result.frame->time_s = entry.time_s;
     result.frame->world_from_camera = entry.world_from_camera;
     return std::move(*result.frame);
   }

@@ -32,7 +32,7 @@ std::uint64_t FrameStatistics::used_until(double time_s) const {
   constexpr double kRounding_s = 1e-3;
   std::size_t count = trajectory_.size();
   while (count > 0 && trajectory_[count - 1].time_s > time_s + kRounding_s) --count;
-  return count * pose_every_;
+  return count == 0 ? 0 : (count - 1) * pose_every_ + 1;
 }
 
 void FrameStatistics::retrace(const std::vector<TimedPose>& poses) {

@@ -19,6 +19,8 @@
 namespace panoptic {
 namespace {
 
+constexpr double kFramesPerSecond = 30;  // of frames that come without times
+
 constexpr std::size_t kMegabyte = 1'000'000;
 
 FrameLog empty_log(const MapOptions& options) {
@@ -153,11 +155,28 @@ Association MapperParts::track(const FrameToLabel& to_label, StageTimer& timer) 
   return {labels, tracker_.segment_ids(), tracker_.segment_areas_px()};
 }
 
+ObjectPresence::FramesBefore MapperParts::frames_before(double time_s) const {
+  const std::uint64_t now = frames_.used();
+  const auto older_than = [&](double s) -> std::uint64_t {
+    if (has_times(time_s)) return frames_.used_until(time_s - s);
+    const auto frames = static_cast<std::uint64_t>(std::lround(s * kFramesPerSecond));
+    return now >= frames ? now - frames + 1 : 0;
+  };
+  return {now, older_than(ObjectPresence::kStay_s), older_than(ObjectPresence::kLongestGap_s)};
+}
+
+bool MapperParts::has_times(double newest_s) const {
+  return frames_.trajectory().empty() || newest_s > frames_.trajectory().front().time_s;
+}
+
+double MapperParts::seconds_of(std::int64_t frame) const {
+  const bool knows = !frames_.trajectory().empty() && has_times(frames_.trajectory().back().time_s);
+  return knows ? frames_.time_of(frame) : static_cast<double>(frame) / kFramesPerSecond;
+}
+
 // Nothing is known any longer of what is carved, neither what the regularizer wrote there nor what frames voted for.
 void MapperParts::see_space(const Frame& frame, const RegisteredFrame& registered) {
-  const std::vector<CellIndex> settled =
-      presence_.settled(moving_->cells, {frames_.used(), frames_.used_until(frame.time_s - ObjectPresence::kStay_s),
-                                         frames_.used_until(frame.time_s - ObjectPresence::kLongestGap_s)});
+  const std::vector<CellIndex> settled = presence_.settled(moving_->cells, frames_before(frame.time_s));
   const std::vector<CarvedVoxels>& carved = space_.see(frame, registered, frames_.used(), settled, map_);
   if (knows_presence_) presence_.came_up(space_.came_up(), frame.index);
   for (const CarvedVoxels& c : carved) {
@@ -271,7 +290,7 @@ void MapperParts::finish() {
   timed("maintain", [&] {
     find_gone();
     maintenance_.finish(map_, regularizer_.votes(), so_far());
-    if (knows_presence_) presence_.find_arrivals([&](std::int64_t frame) { return frames_.time_of(frame); }, map_);
+    if (knows_presence_) presence_.find_arrivals([&](std::int64_t frame) { return seconds_of(frame); }, map_);
   });
   give_back_free_memory();
   regularize();

@@ -187,6 +187,9 @@ class MapperParts {
   }
   void maintain();
   void regularize_changes();
+  ObjectPresence::FramesBefore frames_before(double time_s) const;
+  bool has_times(double newest_s) const;
+  double seconds_of(std::int64_t frame) const;
   void prune_if_due();
   void prune();
   std::optional<std::uint16_t> now_called(std::uint16_t label, PanopticId next_id) const;

@@ -45,21 +45,30 @@ double length_m(const SurfaceVoxels& surface, const std::vector<std::uint32_t>& 
 // Did a frame ever say what this voxel is, be it "unknown"?
 bool was_voted_on(const VoxelBlock& block, int offset) { return block.vote_sum(offset) > 0; }
 
-// By label, whether it has surface in a block that changed after this epoch, or in one beside such a block.
-std::vector<bool> labels_changed_since(std::uint64_t epoch, const VoxelMap& map, const SurfaceVoxels& surface) {
+// The blocks that changed after this epoch, and those around them as far as that.
+std::vector<bool> blocks_near_changes(std::uint64_t epoch, double reach_m, const VoxelMap& map, const SurfaceVoxels& surface) {
   std::vector<bool> near(surface.block_count(), false);
-  for (Slot slot = 0; slot < surface.block_count(); ++slot) {
-    if (map.changed_at(slot) <= epoch) continue;
-    for (const Slot beside : surface.neighbours_of(slot)) {
-      if (beside != VoxelMap::kNoSlot) near[beside] = true;
+  for (Slot slot = 0; slot < surface.block_count(); ++slot) near[slot] = map.changed_at(slot) > epoch;
+  const auto rings = static_cast<int>(std::ceil(reach_m / double{map.block_size_m()}));
+  for (int ring = 0; ring < rings; ++ring) {
+    const std::vector<bool> inner = near;
+    for (Slot slot = 0; slot < surface.block_count(); ++slot) {
+      if (!inner[slot]) continue;
+      for (const Slot beside : surface.neighbours_of(slot)) {
+        if (beside != VoxelMap::kNoSlot) near[beside] = true;
+      }
     }
   }
-  std::vector<bool> changed(kLabelSlots, false);
+  return near;
+}
+
+std::vector<bool> labels_in(const std::vector<bool>& near, const SurfaceVoxels& surface) {
+  std::vector<bool> labels(kLabelSlots, false);
   for (Slot slot = 0; slot < surface.block_count(); ++slot) {
     const auto [first, end] = near[slot] ? surface.range_of(slot) : std::pair(0U, 0U);
-    for (std::uint32_t i = first; i < end; ++i) changed[number(surface.label(i))] = true;
+    for (std::uint32_t i = first; i < end; ++i) labels[number(surface.label(i))] = true;
   }
-  return changed;
+  return labels;
 }
 
 LabelSlot most_frequent(const std::map<LabelSlot, std::size_t>& counts) {
@@ -114,7 +123,8 @@ ObjectMaintenance::Pass ObjectMaintenance::begin(PanopticMap& map, FrameVotes& v
     return map.objects.find(entry.first.first) == nullptr || map.objects.find(entry.first.second) == nullptr;
   });
   surface_.update(map.voxels);
-  std::vector<bool> changed = labels_changed_since(state_.epoch, map.voxels, surface_);
+  const double reach_m = std::max(kHighest_m, double{options_.merge_distance_m});
+  std::vector<bool> changed = labels_in(blocks_near_changes(state_.epoch, reach_m, map.voxels, surface_), surface_);
   state_.epoch = map.voxels.epoch();
   map.voxels.begin_epoch();
   return {map, votes, surface_, vertical(map.voxels, surface_, so_far.up), so_far.frame, 0, std::move(changed)};

@@ -39,8 +39,9 @@ class ObjectMaintenance {
   // Notes objects that were seen as separate masks in one frame: they are not one thing. Call it for every frame.
   void saw_together(std::span<const PanopticId> objects);
 
-  // Between frames: merges objects and carves things out of tables, those alone of which something changed since the last time.
-  // Starts a new epoch and marks the blocks that it changes. Its decisions replace the frames' votes too.
+  // Between frames: merges objects and carves things out of tables, those alone that have surface where something
+  // changed since the last time, or near it: what shrank elsewhere waits for the end. Starts a new epoch and marks the blocks
+  // that it changes. Its decisions replace the frames' votes too.
   void run(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
   // After the last frame: also drops, levels and names, which must wait until all evidence is in.
   void finish(PanopticMap& map, FrameVotes& votes, const SoFar& so_far);
@@ -57,7 +58,7 @@ class ObjectMaintenance {
     Vec3d up;
     std::int64_t frame = 0;
     std::uint64_t min_observations = 0;
-    std::vector<bool> changed;  // by label, whether it has surface in a block that changed since the last time, or beside one
+    std::vector<bool> changed;  // by label, whether it has surface near what changed since the last time
   };
 
   // Which objects are looked at. Those that a frame saw are judged once, by what the frames said.

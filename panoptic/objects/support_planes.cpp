@@ -14,7 +14,6 @@ namespace panoptic {
 namespace {
 
 constexpr double kCell_m = 0.05;
-constexpr double kHighest_m = 0.6;
 
 // Before and after a voxel along an axis, within its block.
 std::pair<int, int> around(int voxel, int axis) {

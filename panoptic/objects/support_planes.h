@@ -35,6 +35,7 @@ struct SupportTop {
 };
 
 inline constexpr std::size_t kFewestOfTop = 150;  // level voxels that make a top
+inline constexpr double kHighest_m = 0.6;         // of what stands on it
 
 // The top of a table from its points; nothing if they hold no horizontal plane.
 std::optional<SupportTop> fit_top(const VoxelMap& map, const SurfaceVoxels& surface, std::span<const std::uint32_t> points,

@@ -6,10 +6,13 @@
 
 #include <bit>
 #include <limits>
+#include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "panoptic/base/bytes.h"
+#include "panoptic/map/logged_images.h"
 
 namespace panoptic {
 namespace {
@@ -133,6 +136,19 @@ TEST(FrameImages, TakeNoMemoryForWhatTheyClaim) {
     std::copy(sides.begin(), sides.end(), bytes.begin());
     EXPECT_FALSE(unpack_images(bytes).has_value());
   }
+}
+
+TEST(LoggedImages, GiveTheFrameUpWhenItIsPacked) {
+  std::mt19937 random(5);
+  const Frame whole = some_frame(random);
+  auto owner = std::make_shared<int>();
+  const std::weak_ptr<int> lent = owner;
+  Frame frame = whole;
+  frame.depth = SharedImage<float>(whole.depth, std::move(owner));
+  const LoggedImages images(frame);
+  frame = {};
+  EXPECT_EQ(*images.packed(), pack_images(whole));
+  EXPECT_TRUE(lent.expired());
 }
 
 }  // namespace

@@ -96,6 +96,22 @@ TEST(Changes, ABallThatWasPutElsewhereIsKnownToHaveMoved) {
   }
 }
 
+// Callers may not know the times of frames: then they are taken to be 1/30 s apart.
+TEST(Changes, AreTheSameOfFramesWithoutTimes) {
+  Mapper timed(options(), test::test_labels());
+  Mapper timeless(options(), test::test_labels());
+  for (int i = 0; i < kFrames; ++i) {
+    Frame frame = frame_at(i);
+    ASSERT_TRUE(timed.add(frame, segmentation_of(frame)).used);
+    frame.time_s = 0;
+    ASSERT_TRUE(timeless.add(frame, segmentation_of(frame)).used);
+  }
+  timed.finish();
+  timeless.finish();
+  EXPECT_EQ(timeless.map().voxels.hash(), timed.map().voxels.hash());
+  EXPECT_EQ(timeless.map().history.arrivals.size(), 1U);
+}
+
 // Whoever sits there from the first frame on was never seen to move, and no network knows them for a person: they are furniture,
 // and gone when they leave, with their surface.
 TEST(Changes, WhoSitsThereFromTheFirstFrameAndLeavesIsGone) {

@@ -22,5 +22,18 @@ TEST(FrameStatistics, TheTrajectoryIsWholeAsLongAsItFitsAndEvenAfterwards) {
   EXPECT_EQ(log.used(), 5 * FrameStatistics::kMaxPoses);
 }
 
+TEST(FrameStatistics, CountsTheFramesUntilATime) {
+  FrameStatistics frames;
+  EXPECT_EQ(frames.used_until(5), 0U);
+  for (int n = 0; n < 90; ++n) frames.count_used({n / 30.0});
+  EXPECT_EQ(frames.used_until(-1), 0U);
+  EXPECT_EQ(frames.used_until(0), 1U);
+  EXPECT_EQ(frames.used_until(1), 31U);
+  EXPECT_EQ(frames.used_until(9), 90U);
+  for (std::uint64_t n = 90; n < 2 * FrameStatistics::kMaxPoses; ++n) frames.count_used({static_cast<double>(n) / 30});
+  EXPECT_EQ(frames.used_until(1), 31U) << "every second pose is left out";
+  EXPECT_LE(frames.used_until(1e9), frames.used());
+}
+
 }  // namespace
 }  // namespace panoptic
