@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -59,5 +60,17 @@ class ByteReader {
   std::span<const std::uint8_t> left_;
   bool is_short_ = false;
 };
+
+// Differences of either sign, in numbers without one, as small numbers: 0, -1, 1, -2 ... And back.
+template <typename Number>
+Number as_small(Number difference) {
+  constexpr int kSign = std::numeric_limits<Number>::digits - 1;
+  const auto sign = static_cast<Number>(Number{0} - (difference >> kSign));
+  return static_cast<Number>(static_cast<Number>(difference << 1) ^ sign);
+}
+template <typename Number>
+Number from_small(Number number) {
+  return static_cast<Number>(static_cast<Number>(number >> 1) ^ static_cast<Number>(Number{0} - (number & 1)));
+}
 
 }  // namespace panoptic

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The PanopticFusion Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs of equal values in a row of an image.
+// Runs of equal values in a row of an image, or in the labels of a brick.
 #pragma once
 
 #include <cstdint>

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "panoptic/data/motion.h"
 #include "panoptic/io/doctor_sample.h"
 #include "panoptic/parallel.h"
 
@@ -21,8 +21,6 @@ constexpr double kScale_m = 0.03;     // of Cauchy's weights
 constexpr std::size_t kFewest = 300;  // points on one surface
 constexpr std::size_t kFewestPairs = 3;
 constexpr double kVoxel_m = 0.024;  // as maps have it: what is farther off makes walls thick, and then two of one
-
-using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 // A point of `from` in the camera of `to`, and the plane that it should lie on.
 struct OnPlane {
@@ -73,37 +71,31 @@ std::vector<OnPlane> all_on_planes(const ViewPair& pair, const Pose& to_from) {
   return points;
 }
 
-// The small motion that brings the points to their planes: turn, then shift. What no plane holds stays as it is.
+// The small motion that brings the points to their planes. What no plane holds stays as it is.
 Pose step_to_planes(const std::vector<OnPlane>& points) {
-  Eigen::Matrix<double, 6, 6> a = Eigen::Matrix<double, 6, 6>::Zero();
-  Vec6 b = Vec6::Zero();
+  Matrix6d a = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
   for (const OnPlane& p : points) {
     const double weight = 1 / (1 + p.off_m * p.off_m / (kScale_m * kScale_m));
-    Vec6 row;
-    row << p.point.cross(p.normal), p.normal;
+    Vector6d row;
+    row << p.normal, p.point.cross(p.normal);
     a += weight * row * row.transpose();
     b -= weight * p.off_m * row;
   }
   constexpr double kHeld = 0.01;  // of the points
   a.diagonal().array() += kHeld * static_cast<double>(points.size());
-  const Vec6 x = a.ldlt().solve(b);
-  Pose step = Pose::Identity();
-  const double angle = x.head<3>().norm();
-  if (angle > 0) step.linear() = Eigen::AngleAxisd(angle, x.head<3>() / angle).toRotationMatrix();
-  step.translation() = x.tail<3>();
-  return step;
+  return moved_by(a.ldlt().solve(b));
 }
 
 struct Look {
   DepthView view;
   double time_s = 0;
-  std::size_t position = 0;
 };
 
 std::optional<Look> look_at(const Dataset& dataset, std::size_t position) {
   const ReadResult read = dataset.read(position);
-  if (!read.frame || !check(*read.frame).used || !is_rigid(read.frame->world_from_camera)) return std::nullopt;
-  return Look{thinned(*read.frame, repaired(read.frame->depth_camera)), read.frame->time_s, position};
+  if (!read.frame || !check(*read.frame).used) return std::nullopt;
+  return Look{thinned(*read.frame, repaired(read.frame->depth_camera)), read.frame->time_s};
 }
 
 bool look_at_one_place(const Pose& a, const Pose& b) {

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstddef>
 #include <iterator>
-#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -18,8 +17,6 @@ namespace {
 
 constexpr int kTransformNumbers = 12;
 constexpr std::size_t kHeadBytes = 192;  // cameras, how they lie to each other, the unit, and three sizes
-constexpr std::uint32_t kWidest_px = 16384;
-constexpr std::uint32_t kMostImagePixels = 1U << 26;
 // zstd packs at most 2^15 equal bytes into one, roughly.
 constexpr int kMostPacking_log2 = 16;
 
@@ -41,18 +38,6 @@ template <typename Number>
 void differences(const Number* now, const Number* above, std::size_t width, Number* to) {
   to[0] = static_cast<Number>(now[0] - above[0]);
   for (std::size_t u = 1; u < width; ++u) to[u] = static_cast<Number>(now[u] - foreseen(now[u - 1], above[u], above[u - 1]));
-}
-
-// Differences of either sign as small numbers: 0, -1, 1, -2 ...
-template <typename Number>
-Number as_small(Number difference) {
-  constexpr int kSign = std::numeric_limits<Number>::digits - 1;
-  const auto sign = static_cast<Number>(Number{0} - (difference >> kSign));
-  return static_cast<Number>(static_cast<Number>(difference << 1) ^ sign);
-}
-template <typename Number>
-Number from_small(Number number) {
-  return static_cast<Number>(static_cast<Number>(number >> 1) ^ static_cast<Number>(Number{0} - (number & 1)));
 }
 
 // Numbers as planes of bytes: the lowest byte of all, then the next.
@@ -192,7 +177,7 @@ void append_camera(Bytes& bytes, const Camera& camera) {
 std::optional<Camera> take_camera(ByteReader& reader) {
   const auto width = reader.take<std::uint32_t>();
   const auto height = reader.take<std::uint32_t>();
-  if (width == 0 || height == 0 || width > kWidest_px || height > kWidest_px || width > kMostImagePixels / height) return {};
+  if (!may_be_image(width, height)) return {};
   Camera camera{static_cast<int>(width), static_cast<int>(height)};
   for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = take_double(reader);
   return camera;
@@ -228,6 +213,12 @@ Image<float> depth_of(const Bytes& planes, float unit_m, const Camera& camera) {
 }
 
 }  // namespace
+
+bool may_be_image(std::uint32_t width, std::uint32_t height) {
+  constexpr std::uint32_t kMostSide_px = 16384;
+  constexpr std::uint32_t kMostPixels = 1U << 26;
+  return width > 0 && height > 0 && width <= kMostSide_px && height <= kMostSide_px && width <= kMostPixels / height;
+}
 
 Bytes pack_images(const Frame& frame) {
   Compressor compressor(Contents::kNoise);

@@ -14,6 +14,9 @@
 
 namespace panoptic {
 
+// Whether an image of a log may be of that size: more is taken for damage.
+bool may_be_image(std::uint32_t width, std::uint32_t height);
+
 // REQUIRES that the frame can be used (check in frame.h).
 Bytes pack_images(const Frame& frame);
 

@@ -12,14 +12,13 @@
 #include "panoptic/base/bytes.h"
 #include "panoptic/base/value_runs.h"
 #include "panoptic/error.h"
+#include "panoptic/map/frame_images.h"
 
 namespace panoptic {
 namespace {
 
 constexpr std::size_t kEntryBytes = sizeof(FrameLog::Entry) + 64;  // with its place in the index
 constexpr std::size_t kPackedAtOnce = 4;                           // frames whose copies are being packed
-constexpr std::uint32_t kMostSide_px = 16384;
-constexpr std::uint32_t kMostPixels = 1U << 26;
 
 std::size_t bytes_of(const FrameLog::Entry& entry) { return kEntryBytes + (entry.labels ? entry.labels->size() : 0); }
 
@@ -66,14 +65,6 @@ std::optional<Segment> take_segment(ByteReader& reader) {
   return segment;
 }
 
-// Numbers of either sign as small ones: 0, -1, 1, -2 ...
-std::uint32_t folded(std::int32_t number) {
-  return (static_cast<std::uint32_t>(number) << 1) ^ static_cast<std::uint32_t>(number >> 31);
-}
-std::int32_t unfolded(std::uint32_t number) {
-  return static_cast<std::int32_t>(number >> 1) ^ -static_cast<std::int32_t>(number & 1);
-}
-
 // A row of the image: runs of equal values, each up to where it ends.
 struct Run {
   std::uint16_t value = 0;
@@ -100,7 +91,8 @@ bool same_values(const Row& a, const Row& b) {
 void append_row(FrameLog::Bytes& bytes, const Row& row, const Row& above) {
   if (same_values(row, above)) {
     append_short(bytes, 0);
-    for (std::size_t r = 0; r + 1 < row.size(); ++r) append_short(bytes, folded(row[r].end - above[r].end));
+    for (std::size_t r = 0; r + 1 < row.size(); ++r)
+      append_short(bytes, as_small(static_cast<std::uint32_t>(row[r].end - above[r].end)));
     return;
   }
   append_short(bytes, static_cast<std::uint32_t>(row.size()));
@@ -118,7 +110,7 @@ bool take_row(ByteReader& reader, std::int32_t width, Row& row) {
   if (count == 0) {
     if (row.empty()) return false;
     for (std::size_t r = 0; r + 1 < row.size(); ++r) {
-      const std::int64_t end = std::int64_t{row[r].end} + unfolded(take_short(reader));
+      const std::int64_t end = std::int64_t{row[r].end} + static_cast<std::int32_t>(from_small(take_short(reader)));
       if (end <= 0 || end > width) return false;
       row[r].end = static_cast<std::int32_t>(end);
     }
@@ -183,8 +175,8 @@ std::optional<LoggedLabels> decode_labels(std::span<const std::uint8_t> bytes, L
   const auto width = reader.take<std::uint32_t>();
   const auto height = reader.take<std::uint32_t>();
   const std::uint32_t segments = take_short(reader);
-  if (width == 0 || height == 0 || width > kMostSide_px || height > kMostSide_px || segments > reader.left()) return std::nullopt;
-  if (width > kMostPixels / height || height > reader.left()) return std::nullopt;  // a row takes a byte at least
+  if (!may_be_image(width, height) || segments > reader.left()) return std::nullopt;
+  if (height > reader.left()) return std::nullopt;  // a row takes a byte at least
   LoggedLabels labels;
   for (std::uint32_t s = 0; s < segments; ++s) {
     labels.ids.push_back(static_cast<PanopticId>(reader.take<std::uint32_t>()));

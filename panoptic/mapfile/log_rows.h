@@ -13,6 +13,9 @@
 
 namespace panoptic {
 
+// Maps of older formats lack what a map made anew has.
+inline constexpr std::int64_t kOldestRebuiltFormat = 5;
+
 // An entry of the log, and which one it is.
 struct LogRow {
   std::size_t number = 0;

@@ -12,11 +12,11 @@
 #include <utility>
 
 #include "panoptic/base/memory.h"
+#include "panoptic/data/motion.h"
 #include "panoptic/error.h"
 #include "panoptic/fusion/reference_labels.h"
 #include "panoptic/map/frame_images.h"
 #include "panoptic/mapping/mapper_parts.h"
-#include "panoptic/tracking/motion.h"
 
 namespace panoptic {
 namespace {

@@ -38,8 +38,7 @@ std::vector<FrameTime> times_of(const std::vector<FrameRecord>& records) {
 }
 
 void require_log(const std::filesystem::path& map, const SavedMap& saved, const std::vector<FrameLog::Entry>& log) {
-  constexpr std::int64_t kOldest = 5;  // format that has all that a map made anew has
-  if (saved.format < kOldest) throw Error(note_of_format(saved, map) + "; map the recording anew");
+  if (saved.format < kOldestRebuiltFormat) throw Error(note_of_format(saved, map) + "; map the recording anew");
   if (!log.empty()) return;
   throw Error(
       fmt::format("{} has no log of its frames: it was merged from others, or made without (map.log); map the recording "

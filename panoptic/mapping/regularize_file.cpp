@@ -18,9 +18,8 @@ namespace {
 
 // Saves the map in today's format, in the place of the file that it was loaded from.
 void save_anew(const std::filesystem::path& path, MapLock lock, const SavedMap& saved, const LabelSet& labels, MapUpdate update) {
-  constexpr std::int64_t kOldestLog = 5;  // format from which maps can be made anew
   update.frames = load_frames(path);
-  if (saved.format >= kOldestLog) update.log = log_since(FrameLog(load_log(path), 0), 0);
+  if (saved.format >= kOldestRebuiltFormat) update.log = log_since(FrameLog(load_log(path), 0), 0);
   update.notes.texts.insert(saved.notes.texts.begin(), saved.notes.texts.end());
   update.notes.states.insert(saved.notes.states.begin(), saved.notes.states.end());
   update.notes.texts[run_note::kFromFormat] = std::to_string(saved.format);

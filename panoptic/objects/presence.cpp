@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "panoptic/base/value_runs.h"
 #include "panoptic/map/space_cells.h"
 #include "panoptic/map/voxel_grid.h"
 #include "panoptic/objects/thing_shape.h"
@@ -42,13 +43,12 @@ std::vector<VoxelIndex> voxels_of(const LostSurface& lost) {
 // A flag for each label.
 using LabelFlags = std::vector<bool>;
 
-// Labels come in long runs.
 bool holds_any(const VoxelBlock& block, const LabelFlags& wanted) {
   for (int n = 0; n < kBlockBricks; ++n) {
     const Brick& brick = block.brick(n);
     const std::uint16_t* labels = brick.plane(WordPlane::kLabel);
-    for (int i = 0; i < brick.count(); ++i) {
-      if ((i == 0 || labels[i] != labels[i - 1]) && wanted[labels[i]]) return true;
+    for (int i = 0; i < brick.count(); i = end_of_run(labels, i, brick.count())) {
+      if (wanted[labels[i]]) return true;
     }
   }
   return false;

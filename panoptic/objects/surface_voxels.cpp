@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 
+#include "panoptic/base/value_runs.h"
 #include "panoptic/parallel.h"
 
 namespace panoptic {
@@ -12,15 +13,11 @@ namespace {
 
 LabelBits labels_in(const VoxelBlock& block) {
   LabelBits bits;
-  std::uint16_t last = number(LabelSlot::kUnknown);  // of the voxels that are not stored
-  add_to(bits, last);
+  add_to(bits, number(LabelSlot::kUnknown));  // of the voxels that are not stored
   for (int n = 0; n < kBlockBricks; ++n) {
     const Brick& brick = block.brick(n);
     const std::uint16_t* labels = brick.plane(WordPlane::kLabel);
-    for (int i = 0; i < brick.count(); ++i) {
-      if (labels[i] != last) add_to(bits, labels[i]);  // labels come in long runs
-      last = labels[i];
-    }
+    for (int i = 0; i < brick.count(); i = end_of_run(labels, i, brick.count())) add_to(bits, labels[i]);
   }
   return bits;
 }

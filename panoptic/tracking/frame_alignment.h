@@ -7,9 +7,9 @@
 
 #include <vector>
 
+#include "panoptic/data/motion.h"
 #include "panoptic/frame.h"
 #include "panoptic/tracking/grey_reference.h"
-#include "panoptic/tracking/motion.h"
 #include "panoptic/voxel_map.h"
 
 namespace panoptic {

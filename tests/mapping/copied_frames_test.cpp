@@ -80,6 +80,15 @@ class CopiesInAFile : public testing::Test {
     write_file(folder_ / "poses.txt", text);
     return rebuild_map_file(map, folder_ / "poses.txt", recording, to);
   }
+  // Goes on with the map file to the end: all frames have copies, and give the map that the recording gives.
+  void expect_resumed_to_be_whole() const {
+    const auto resumed = map_copied();
+    const auto referred = map_to_file(folder_ / "referred.panoptic", kFrames, true);
+    EXPECT_EQ(size_of_log(map_).copies, resumed->frames().used());
+    resumed->update_poses(true_poses());
+    referred->update_poses(true_poses(), read_again);
+    EXPECT_EQ(hashes_of(mapped(resumed)), hashes_of(mapped(referred)));
+  }
   std::string damage(const char* sql) const {
     const fs::path damaged = fs::path(map_.string() + ".damaged");
     fs::copy_file(map_, damaged, fs::copy_options::overwrite_existing);
@@ -128,12 +137,7 @@ TEST_F(CopiesInAFile, AreReadFromThereByTheRunThatWroteThem) {
 
 TEST_F(CopiesInAFile, ComeThroughARunThatGoesOn) {
   map_copied(17, false);
-  const auto resumed = map_copied();
-  const auto referred = map_to_file(folder_ / "referred.panoptic", kFrames, true);
-  EXPECT_EQ(size_of_log(map_).copies, resumed->frames().used());
-  resumed->update_poses(true_poses());
-  referred->update_poses(true_poses(), read_again);
-  EXPECT_EQ(hashes_of(mapped(resumed)), hashes_of(mapped(referred)));
+  expect_resumed_to_be_whole();
 }
 
 // A run that ends before its next checkpoint.
@@ -149,12 +153,7 @@ TEST_F(CopiesInAFile, AreWrittenAheadAndOfNoUseUntilTheCheckpoint) {
   EXPECT_GT(Database(map_, DatabaseAccess::kRead).integer("SELECT count(*) FROM frame_images"), 8);
   EXPECT_EQ(size_of_log(map_).copies, 0U);
   EXPECT_TRUE(load_log(map_).empty());
-  const auto resumed = map_copied();
-  const auto referred = map_to_file(folder_ / "referred.panoptic", kFrames, true);
-  EXPECT_EQ(size_of_log(map_).copies, resumed->frames().used());
-  resumed->update_poses(true_poses());
-  referred->update_poses(true_poses(), read_again);
-  EXPECT_EQ(hashes_of(mapped(resumed)), hashes_of(mapped(referred)));
+  expect_resumed_to_be_whole();
 }
 
 TEST_F(CopiesInAFile, AreThereAfterACorrectionOnTheWay) {

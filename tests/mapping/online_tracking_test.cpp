@@ -8,10 +8,10 @@
 #include <chrono>
 #include <thread>
 
+#include "panoptic/data/motion.h"
 #include "panoptic/frame_statistics.h"
 #include "panoptic/mapping/run_tracker.h"
 #include "panoptic/online.h"
-#include "panoptic/tracking/motion.h"
 #include "tests/tracking/painted_room.h"
 
 namespace panoptic {

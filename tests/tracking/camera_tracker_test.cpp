@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "panoptic/data/motion.h"
 #include "panoptic/error.h"
 #include "panoptic/map.h"
 #include "panoptic/parallel.h"
-#include "panoptic/tracking/motion.h"
 #include "tests/tracking/painted_room.h"
 
 namespace panoptic {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "panoptic/tracking/motion.h"
+#include "panoptic/data/motion.h"
 
 namespace panoptic {
 namespace {

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "panoptic/camera_tracker.h"
+#include "panoptic/data/motion.h"
 #include "panoptic/map.h"
 #include "panoptic/parallel.h"
-#include "panoptic/tracking/motion.h"
 #include "tests/tracking/painted_room.h"
 
 namespace panoptic {
